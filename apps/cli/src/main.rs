@@ -1,0 +1,3 @@
+//! The command `vastlight`.
+
+fn main() {}

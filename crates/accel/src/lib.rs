@@ -1,0 +1,1 @@
+//! Acceleration structures: builders, wide layouts, validation.

@@ -1,0 +1,1 @@
+//! Accumulators that merge to the same bits, tone curves, image files.

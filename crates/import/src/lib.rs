@@ -1,0 +1,1 @@
+//! Scene files to scene descriptions, one file a format.

@@ -1,0 +1,26 @@
+//! The scene: what an importer or a generator describes, and the validated form that everything else reads.
+//!
+//! [`SceneDesc`] is plain data, filled by an importer, a generator or a program. [`Scene::new`] checks it, snaps every
+//! mesh to its lattice, and reports what it had to repair. Nothing here knows about files, rays or devices.
+
+mod camera;
+mod desc;
+mod diagnostics;
+mod environment;
+mod image;
+mod lattice;
+mod light;
+mod material;
+mod mesh;
+mod scene;
+
+pub use camera::{Camera, Projection};
+pub use desc::{Instance, SceneDesc};
+pub use diagnostics::{Diagnostic, Diagnostics, SceneError, Severity};
+pub use environment::{Environment, Sky};
+pub use image::{Encoding, Filter, Image, Texels, Texture, TextureTransform, Wrap};
+pub use lattice::Lattice;
+pub use light::{IesProfile, Light, LightKind};
+pub use material::{AlphaMode, Channel, ColorInput, Conductor, Material, NormalMap, ScalarInput};
+pub use mesh::{Mesh, Part};
+pub use scene::Scene;

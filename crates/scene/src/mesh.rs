@@ -1,0 +1,60 @@
+//! Triangle meshes.
+
+use vastlight_math::{Aabb, Vec2, Vec3, Vec4};
+
+/// A run of a mesh's triangles that share one material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Index of the run's first triangle. Runs follow each other without gaps, the first starts at 0.
+    pub first_triangle: u32,
+    /// Index into [`crate::SceneDesc::materials`].
+    pub material: u32,
+}
+
+/// A triangle mesh in its object's space.
+///
+/// Attribute arrays are either empty (absent) or as long as `positions`. Where normals are absent the surface is
+/// flat; where tangents are absent they are derived from the normal map's texture coordinates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Name, for messages, object ids and overrides.
+    pub name: String,
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Three vertex indices a triangle; counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit shading normals, or empty.
+    pub normals: Vec<Vec3>,
+    /// Unit tangents with the bitangent's sign in `w` (glTF's convention), or empty.
+    pub tangents: Vec<Vec4>,
+    /// Texture coordinate sets; each as long as `positions`. `v` grows downwards (glTF's convention).
+    pub uvs: Vec<Vec<Vec2>>,
+    /// Linear RGBA that multiplies the base colour, or empty.
+    pub colors: Vec<Vec4>,
+    /// Material runs; empty means material 0 for all triangles.
+    pub parts: Vec<Part>,
+}
+
+impl Mesh {
+    /// The box around all vertices that triangles use; empty without triangles.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        Aabb::from_points(self.triangles.iter().flatten().map(|&i| self.positions[i as usize]))
+    }
+
+    /// The material of a triangle.
+    #[must_use]
+    pub fn material_of(&self, triangle: u32) -> u32 {
+        match self.parts.partition_point(|p| p.first_triangle <= triangle) {
+            0 => 0,
+            n => self.parts[n - 1].material,
+        }
+    }
+
+    /// The three corners of a triangle.
+    #[inline]
+    #[must_use]
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.positions[i as usize])
+    }
+}

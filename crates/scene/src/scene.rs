@@ -1,0 +1,308 @@
+//! The validated scene.
+
+use crate::{
+    Camera, Diagnostic, Diagnostics, Environment, Image, Instance, Lattice, Light, Material, Mesh, Part,
+    SceneDesc, SceneError, Sky, Texture,
+};
+use rayon::prelude::*;
+use vastlight_math::{Aabb, Vec3};
+
+/// A scene that has been checked: every index is in range, every position finite and on its mesh's lattice, there is
+/// at least one material and one camera, and something shines.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    desc: SceneDesc,
+    environment: Environment,
+    bounds: Aabb,
+}
+
+impl Scene {
+    /// Checks `desc`, repairs what can be repaired (and says so in [`Scene::diagnostics`]).
+    ///
+    /// Triangles with non-finite corners collapse to a point, so that triangle numbers stay; positions are snapped to
+    /// the mesh's [`Lattice`]; instances with a non-finite or singular matrix are dropped; a scene without material,
+    /// camera or light gets a neutral one of each.
+    ///
+    /// # Errors
+    /// The first error that the importer noted, or the first index out of range.
+    pub fn new(mut desc: SceneDesc) -> Result<Self, SceneError> {
+        if let Some(error) = desc.diagnostics.first_error() {
+            return Err(error.clone().into());
+        }
+        if desc.materials.is_empty() {
+            desc.materials.push(Material::new("neutral"));
+        }
+        check_indices(&desc)?;
+        let found: Vec<Diagnostic> = desc.meshes.par_iter_mut().flat_map_iter(repair_mesh).collect();
+        for diagnostic in found {
+            desc.diagnostics.push(diagnostic);
+        }
+        drop_singular_instances(&mut desc);
+        let bounds = world_bounds(&desc);
+        if desc.cameras.is_empty() {
+            desc.cameras.push(Camera::framing(&bounds));
+        }
+        let environment = environment_or_sky(&desc);
+        Ok(Self { desc, environment, bounds })
+    }
+
+    /// Meshes, shared by instances.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.desc.meshes
+    }
+
+    /// Placements of meshes; an instance's number is its id.
+    #[must_use]
+    pub fn instances(&self) -> &[Instance] {
+        &self.desc.instances
+    }
+
+    /// The name of an instance.
+    #[must_use]
+    pub fn instance_name(&self, instance: u32) -> &str {
+        self.desc.names.get(self.desc.instances[instance as usize].name as usize).map_or("", String::as_str)
+    }
+
+    /// Materials, at least one.
+    #[must_use]
+    pub fn materials(&self) -> &[Material] {
+        &self.desc.materials
+    }
+
+    /// Textures.
+    #[must_use]
+    pub fn textures(&self) -> &[Texture] {
+        &self.desc.textures
+    }
+
+    /// Images.
+    #[must_use]
+    pub fn images(&self) -> &[Image] {
+        &self.desc.images
+    }
+
+    /// Lights without surface.
+    #[must_use]
+    pub fn lights(&self) -> &[Light] {
+        &self.desc.lights
+    }
+
+    /// Cameras, at least one.
+    #[must_use]
+    pub fn cameras(&self) -> &[Camera] {
+        &self.desc.cameras
+    }
+
+    /// Light from infinity.
+    #[must_use]
+    pub fn environment(&self) -> &Environment {
+        &self.environment
+    }
+
+    /// Findings of the importer and of the validation.
+    #[must_use]
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.desc.diagnostics
+    }
+
+    /// The box around all instances in world space; empty for an empty scene.
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Triangles in all meshes, each mesh counted once.
+    #[must_use]
+    pub fn unique_triangles(&self) -> u64 {
+        self.desc.meshes.iter().map(|m| m.triangles.len() as u64).sum()
+    }
+
+    /// Triangles in all instances.
+    #[must_use]
+    pub fn instanced_triangles(&self) -> u64 {
+        self.desc.instances.iter().map(|i| self.desc.meshes[i.mesh as usize].triangles.len() as u64).sum()
+    }
+}
+
+/// Every index between tables is in range, every attribute array has its length.
+fn check_indices(desc: &SceneDesc) -> Result<(), SceneError> {
+    for mesh in &desc.meshes {
+        check_mesh(mesh, desc.materials.len())?;
+    }
+    let place = |i: usize| format!("instance {i}");
+    for (i, instance) in desc.instances.iter().enumerate() {
+        if instance.mesh as usize >= desc.meshes.len() {
+            return Err(SceneError::new(format!("mesh {} does not exist", instance.mesh), place(i), ""));
+        }
+    }
+    for (i, texture) in desc.textures.iter().enumerate() {
+        if texture.image as usize >= desc.images.len() {
+            return Err(SceneError::new(
+                format!("image {} does not exist", texture.image),
+                format!("texture {i}"),
+                "",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), SceneError> {
+    let error = |what: String| Err(SceneError::new(what, format!("mesh \"{}\"", mesh.name), ""));
+    let vertices = mesh.positions.len();
+    if let Some(i) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= vertices) {
+        return error(format!("vertex index {i} is out of range, there are {vertices} vertices"));
+    }
+    let lengths = [mesh.normals.len(), mesh.tangents.len(), mesh.colors.len()];
+    let uv_lengths = mesh.uvs.iter().map(Vec::len);
+    if let Some(n) = lengths.into_iter().chain(uv_lengths).find(|&n| n != 0 && n != vertices) {
+        return error(format!("an attribute has {n} values for {vertices} vertices"));
+    }
+    let ascending = mesh.parts.windows(2).all(|w| w[0].first_triangle < w[1].first_triangle);
+    if !ascending || mesh.parts.first().is_some_and(|p| p.first_triangle != 0) {
+        return error("material parts do not follow each other from triangle 0".into());
+    }
+    match mesh.parts.iter().find(|p: &&Part| p.material as usize >= materials) {
+        Some(part) => error(format!("material {} does not exist", part.material)),
+        None => Ok(()),
+    }
+}
+
+/// Collapses unusable triangles, snaps positions, and says what was found.
+fn repair_mesh(mesh: &mut Mesh) -> Vec<Diagnostic> {
+    // Coordinates beyond this overflow in products; a lattice through them would swallow everything else as well.
+    const LIMIT: f32 = 1e15;
+    let usable = |p: Vec3| p.abs().cmple(Vec3::splat(LIMIT)).all();
+    let (mut broken, mut degenerate) = (0_usize, 0_usize);
+    for triangle in &mut mesh.triangles {
+        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
+        if !(usable(a) && usable(b) && usable(c)) {
+            *triangle = [0; 3];
+            broken += 1;
+        } else if a == b || b == c || c == a {
+            degenerate += 1;
+        }
+    }
+    let mut max_abs = 0.0_f32;
+    for p in &mut mesh.positions {
+        if usable(*p) {
+            max_abs = max_abs.max(p.abs().max_element());
+        } else {
+            *p = Vec3::ZERO;
+        }
+    }
+    let lattice = Lattice::for_extent(max_abs);
+    mesh.positions.iter_mut().for_each(|p| *p = lattice.snap(*p));
+    mesh_findings(mesh, broken, degenerate)
+}
+
+fn mesh_findings(mesh: &Mesh, broken: usize, degenerate: usize) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let mut warn = |what: String, hint: &str| {
+        found.push(Diagnostic {
+            severity: crate::Severity::Warning,
+            what,
+            place: format!("mesh \"{}\"", mesh.name),
+            hint: hint.into(),
+        });
+    };
+    if broken > 0 {
+        warn(
+            format!("{broken} triangles have coordinates that are not finite or beyond 1e15"),
+            "they are left out",
+        );
+    }
+    if degenerate > 0 {
+        warn(format!("{degenerate} triangles have two equal corners"), "no ray hits them");
+    }
+    if mesh.triangles.is_empty() {
+        warn("the mesh has no triangles".into(), "");
+    }
+    found
+}
+
+fn drop_singular_instances(desc: &mut SceneDesc) {
+    let before = desc.instances.len();
+    desc.instances.retain(|i| {
+        let m = i.world_from_object;
+        m.is_finite() && m.inverse().is_finite()
+    });
+    let dropped = before - desc.instances.len();
+    if dropped > 0 {
+        desc.diagnostics.warn(
+            format!("{dropped} instances have a matrix that is singular or not finite"),
+            "instances",
+            "they are left out",
+        );
+    }
+}
+
+fn world_bounds(desc: &SceneDesc) -> Aabb {
+    let object_bounds: Vec<Aabb> = desc.meshes.par_iter().map(Mesh::bounds).collect();
+    desc.instances
+        .iter()
+        .map(|i| object_bounds[i.mesh as usize].transformed(&i.world_from_object))
+        .fold(Aabb::EMPTY, Aabb::union)
+}
+
+/// What the description says, or a sky where nothing else shines.
+fn environment_or_sky(desc: &SceneDesc) -> Environment {
+    let shines = !desc.lights.is_empty() || desc.materials.iter().any(Material::is_emissive);
+    match &desc.environment {
+        Some(environment) => environment.clone(),
+        None if shines => Environment::Constant(Vec3::ZERO),
+        None => Environment::Sky(Sky::default()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_math::Affine3;
+
+    fn one_triangle() -> SceneDesc {
+        SceneDesc {
+            meshes: vec![Mesh {
+                positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            }],
+            instances: vec![Instance { world_from_object: Affine3::IDENTITY, mesh: 0, name: 0 }],
+            ..SceneDesc::default()
+        }
+    }
+
+    #[test]
+    fn a_bare_mesh_becomes_a_scene_with_material_camera_and_sky() {
+        let scene = Scene::new(one_triangle()).expect("valid");
+        assert_eq!((scene.materials().len(), scene.cameras().len()), (1, 1));
+        assert!(matches!(scene.environment(), Environment::Sky(_)));
+        assert_eq!(scene.bounds(), Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 1.0, 0.0) });
+    }
+
+    #[test]
+    fn wrong_indices_are_errors_and_nan_is_survived() {
+        let mut desc = one_triangle();
+        desc.meshes[0].triangles.push([0, 1, 3]);
+        assert!(Scene::new(desc).expect_err("out of range").what.contains("vertex index 3"));
+
+        let mut desc = one_triangle();
+        desc.meshes[0].positions.push(Vec3::splat(f32::NAN));
+        desc.meshes[0].triangles.push([0, 1, 3]);
+        let scene = Scene::new(desc).expect("survived");
+        assert_eq!(scene.meshes()[0].triangles.len(), 2);
+        assert_eq!(scene.diagnostics().items().len(), 1);
+        assert!(scene.bounds().max.is_finite());
+    }
+
+    #[test]
+    fn singular_instances_are_dropped_with_a_warning() {
+        let mut desc = one_triangle();
+        let flat = Affine3::from_scale(Vec3::new(1.0, 0.0, 1.0));
+        desc.instances.push(Instance { world_from_object: flat, mesh: 0, name: 0 });
+        let scene = Scene::new(desc).expect("valid");
+        assert_eq!(scene.instances().len(), 1);
+        assert_eq!(scene.diagnostics().items().len(), 1);
+    }
+}

@@ -1,0 +1,1 @@
+//! The only intrinsics: feature levels and eight-lane vectors.

@@ -1,0 +1,1 @@
+//! Light transport: materials, lights, and the integrators that join them.

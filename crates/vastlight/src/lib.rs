@@ -1,0 +1,1 @@
+//! The facade: open a scene, render it, trace arrays of rays.
