@@ -1,3 +1,32 @@
-//! One command for every chore.
+//! One command for every chore: `cargo xtask test | lint | soak | gallery`.
 
-fn main() {}
+mod gallery;
+mod process;
+mod test;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "usage: cargo xtask COMMAND
+
+  test       everything that must pass: format, lints, documentation, all tests; counts what was skipped and why
+  lint       format, lints and documentation alone
+  soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at high sample counts
+  gallery    renders the pictures of docs/gallery again";
+
+fn main() -> ExitCode {
+    let command = std::env::args().nth(1).unwrap_or_default();
+    let outcome = match command.as_str() {
+        "test" => test::run(),
+        "lint" => test::lint(),
+        "soak" => test::soak(),
+        "gallery" => gallery::run(),
+        _ => Err(USAGE.into()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
