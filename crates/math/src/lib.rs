@@ -10,11 +10,18 @@ mod aabb;
 mod frame;
 mod ray;
 pub mod real;
+pub mod rng;
+mod sampler;
+pub mod sobol;
+pub mod stats;
+pub mod warp;
 
 pub use aabb::Aabb;
 pub use frame::Frame;
 pub use glam::{self, Affine3, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 pub use ray::Ray;
+pub use rng::Rng;
+pub use sampler::Sampler;
 
 /// A distance that stands for "no limit" in rays; large, finite, and safe to multiply with a direction's reciprocal.
 pub const FAR: f32 = 1e30;
