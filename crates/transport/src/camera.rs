@@ -1,0 +1,154 @@
+//! Camera rays: thin-lens perspective (Kolb, Mitchell, Hanrahan 1995, the thin-lens model) and orthographic.
+
+use crate::pixel_filter::FilterSampler;
+use crate::settings::RenderSettings;
+use vastlight_math::{Affine3, FAR, Ray, Vec2, Vec3, real, warp};
+use vastlight_scene::Projection;
+
+/// A camera made ready for one picture size.
+#[derive(Clone, Debug)]
+pub struct CameraRays {
+    world_from_camera: Affine3,
+    projection: Projection,
+    /// Camera-plane coordinates of a picture point: `scale * point + offset`, on the plane at distance 1 for
+    /// perspective.
+    scale: Vec2,
+    offset: Vec2,
+    filter: FilterSampler,
+    /// Unit viewing direction in world space.
+    axis: Vec3,
+}
+
+/// The random numbers that a camera ray needs, all in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub struct CameraRandom {
+    /// Place within the pixel filter.
+    pub filter: Vec2,
+    /// Place on the lens.
+    pub lens: Vec2,
+    /// Time in the shutter interval.
+    pub time: f32,
+}
+
+impl CameraRays {
+    /// Prepares the camera of `settings`.
+    #[must_use]
+    pub fn new(settings: &RenderSettings) -> Self {
+        let (width, height) = (settings.width.max(1) as f32, settings.height.max(1) as f32);
+        let projection = settings.camera.projection;
+        let half_height = match projection {
+            Projection::Perspective { vertical_fov, .. } => real::tan(vertical_fov.clamp(1e-6, 3.1) * 0.5),
+            Projection::Orthographic { half_height } => half_height,
+        };
+        let half = Vec2::new(half_height * width / height, half_height);
+        let world_from_camera = settings.camera.world_from_camera;
+        Self {
+            world_from_camera,
+            projection,
+            scale: Vec2::new(2.0 * half.x / width, -2.0 * half.y / height),
+            offset: Vec2::new(-half.x, half.y),
+            filter: FilterSampler::new(settings.filter),
+            axis: world_from_camera.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z),
+        }
+    }
+
+    /// A ray through `pixel` (column, row from the top) with a unit direction in world space.
+    #[inline]
+    #[must_use]
+    pub fn ray(&self, pixel: [u32; 2], random: CameraRandom) -> Ray {
+        let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
+        let plane = (center + self.filter.sample(random.filter)) * self.scale + self.offset;
+        let (origin, direction) = match self.projection {
+            Projection::Perspective { lens_radius, focus_distance, .. } => {
+                thin_lens(plane, lens_radius, focus_distance, random.lens)
+            }
+            Projection::Orthographic { .. } => (plane.extend(0.0), Vec3::NEG_Z),
+        };
+        Ray {
+            origin: self.world_from_camera.transform_point3(origin),
+            t_min: 0.0,
+            direction: self.world_from_camera.transform_vector3(direction).normalize_or(self.axis),
+            t_max: FAR,
+            time: random.time,
+        }
+    }
+
+    /// Distance from the camera's plane along its viewing axis of the point at `t` on a ray of this camera.
+    #[inline]
+    #[must_use]
+    pub fn depth(&self, ray: &Ray, t: f32) -> f32 {
+        t * ray.direction.dot(self.axis)
+    }
+}
+
+/// Origin on the lens and direction towards the point in focus, in camera space.
+#[inline]
+fn thin_lens(plane: Vec2, lens_radius: f32, focus_distance: f32, u: Vec2) -> (Vec3, Vec3) {
+    let pinhole = plane.extend(-1.0);
+    if lens_radius <= 0.0 {
+        return (Vec3::ZERO, pinhole);
+    }
+    let lens = (warp::concentric_disk(u) * lens_radius).extend(0.0);
+    (lens, pinhole * focus_distance - lens)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pixel_filter::PixelFilter;
+    use vastlight_scene::Camera;
+
+    fn settings(projection: Projection) -> RenderSettings {
+        let mut camera = Camera::look_at("c", Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, 1.0);
+        camera.projection = projection;
+        RenderSettings { filter: PixelFilter::Box, ..RenderSettings::new(camera, 40, 20) }
+    }
+
+    fn random(filter: f32, lens: Vec2) -> CameraRandom {
+        CameraRandom { filter: Vec2::splat(filter), lens, time: 0.25 }
+    }
+
+    const PINHOLE: Projection =
+        Projection::Perspective { vertical_fov: 1.0, lens_radius: 0.0, focus_distance: 5.0 };
+
+    #[test]
+    fn corners_of_the_picture_see_the_corners_of_the_field_of_view() {
+        let rays = CameraRays::new(&settings(PINHOLE));
+        let top_left = rays.ray([0, 0], random(0.0, Vec2::ZERO));
+        let expected = Vec3::new(-2.0 * real::tan(0.5), real::tan(0.5), -1.0).normalize();
+        assert!((top_left.direction - expected).length() < 1e-5, "{top_left:?}");
+        let top_right = rays.ray([39, 0], random(0.999_999, Vec2::ZERO));
+        assert!(top_right.direction.x > 0.0 && (top_right.time, top_right.origin.z) == (0.25, 5.0));
+        assert!((rays.depth(&top_left, 2.0) - 2.0 * -expected.z).abs() < 1e-5);
+    }
+
+    #[test]
+    fn orthographic_rays_are_parallel_and_span_the_height() {
+        let rays = CameraRays::new(&settings(Projection::Orthographic { half_height: 3.0 }));
+        let ray = rays.ray([0, 0], random(0.0, Vec2::ZERO));
+        assert!((ray.origin - Vec3::new(-6.0, 3.0, 5.0)).length() < 1e-5);
+        assert_eq!(ray.direction, Vec3::NEG_Z);
+    }
+
+    /// A point at distance `z` is blurred into a disc of radius `R |z - f| / f` on the plane through it.
+    #[test]
+    fn circle_of_confusion_has_the_thin_lens_radius() {
+        let (radius, focus) = (0.2, 4.0);
+        let lens = Projection::Perspective { vertical_fov: 1.0, lens_radius: radius, focus_distance: focus };
+        let blurred = CameraRays::new(&settings(lens));
+        let sharp = CameraRays::new(&settings(PINHOLE));
+        for z in [1.0_f32, 4.0, 10.0] {
+            let at = |rays: &CameraRays, u: Vec2| {
+                let ray = rays.ray([31, 4], random(0.5, u));
+                ray.at(z / -ray.direction.z)
+            };
+            let center = at(&sharp, Vec2::ZERO);
+            let spread = (0..4096)
+                .map(|i| Vec2::new((i % 64) as f32 / 63.001, (i / 64) as f32 / 63.001))
+                .map(|u| (at(&blurred, u) - center).length())
+                .fold(0.0, f32::max);
+            let expected = radius * (z - focus).abs() / focus;
+            assert!((spread - expected).abs() < 2e-3 * radius.max(expected), "{z} {spread} {expected}");
+        }
+    }
+}
