@@ -7,6 +7,7 @@ mod camera;
 mod desc;
 mod diagnostics;
 mod environment;
+pub mod generate;
 mod image;
 mod lattice;
 mod light;

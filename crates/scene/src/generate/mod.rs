@@ -1,0 +1,92 @@
+//! Procedural scenes: every demo is a function of its options alone, the same bits on every machine.
+//!
+//! [`names`] lists the demos, [`by_name`] makes one. A demo builds shapes (`shape`, `solids`, `lathe`, `tube`,
+//! `extrude`), gives them materials (`palette`, `surfaces`) and collects them in a [`SceneDesc`] (`builder`). Chance
+//! comes from the counter-based generator in `chance`, natural form from `noise`.
+
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod builder;
+mod caustic_sphere;
+#[allow(dead_code, reason = "for the scenes that follow")]
+mod chance;
+mod cornell;
+#[allow(dead_code, reason = "for the scenes that follow")]
+mod palette;
+#[allow(dead_code, reason = "for the scenes that follow")]
+mod shape;
+#[allow(dead_code, reason = "for the scenes that follow")]
+mod solids;
+
+use crate::{SceneDesc, SceneError};
+
+/// What a procedural scene may vary in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GenerateOptions {
+    /// Triangles wanted, all instances counted; `None` for the demo's own size. Met within 1 %.
+    pub triangles: Option<u64>,
+    /// Chance: the same seed gives the same scene, bit by bit.
+    pub seed: u64,
+}
+
+/// A demo: its name, whether its size can be chosen, and the function that makes it.
+struct Demo {
+    name: &'static str,
+    sizes: Option<Sizes>,
+    make: fn(&GenerateOptions) -> SceneDesc,
+}
+
+/// Triangle counts that a demo can be asked for.
+struct Sizes {
+    least: u64,
+    most: u64,
+}
+
+const DEMOS: &[Demo] = &[
+    Demo {
+        name: "caustic-sphere",
+        sizes: Some(Sizes { least: 1_000, most: 1_000_000_000 }),
+        make: caustic_sphere::caustic_sphere,
+    },
+    Demo { name: "cornell", sizes: None, make: cornell::cornell },
+];
+
+/// The names that [`by_name`] knows, in alphabetical order.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    DEMOS.iter().map(|demo| demo.name).collect()
+}
+
+/// Makes the demo scene `name`.
+///
+/// # Errors
+/// No demo has this name, or it cannot be made with so many triangles.
+pub fn by_name(name: &str, options: &GenerateOptions) -> Result<SceneDesc, SceneError> {
+    let place = || format!("demo:{name}");
+    let Some(demo) = DEMOS.iter().find(|demo| demo.name == name) else {
+        return Err(SceneError::new(
+            "there is no such demo scene",
+            place(),
+            format!("there are {}", names().join(", ")),
+        ));
+    };
+    if let Some(wanted) = options.triangles {
+        let Some(sizes) = &demo.sizes else {
+            return Err(SceneError::new(
+                "the number of triangles of this scene is fixed",
+                place(),
+                "leave the number out",
+            ));
+        };
+        if !(sizes.least..=sizes.most).contains(&wanted) {
+            return Err(SceneError::new(
+                format!("{wanted} triangles are out of range"),
+                place(),
+                format!("from {} to {}", sizes.least, sizes.most),
+            ));
+        }
+    }
+    Ok((demo.make)(options))
+}
+
+#[cfg(test)]
+mod tests;

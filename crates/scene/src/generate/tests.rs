@@ -1,0 +1,148 @@
+//! Tests over all demos.
+
+use super::*;
+use crate::{Mesh, Scene};
+
+fn small(name: &str, seed: u64) -> SceneDesc {
+    let triangles = DEMOS
+        .iter()
+        .find(|d| d.name == name)
+        .and_then(|d| d.sizes.as_ref())
+        .map(|s| s.least.max(20_000).min(s.most));
+    by_name(name, &GenerateOptions { triangles, seed }).expect("a demo")
+}
+
+fn instanced_triangles(desc: &SceneDesc) -> u64 {
+    desc.instances.iter().map(|i| desc.meshes[i.mesh as usize].triangles.len() as u64).sum()
+}
+
+/// A hash of everything that geometry is made of.
+fn fingerprint(desc: &SceneDesc) -> u64 {
+    let mut hash = 0_u64;
+    let mut eat = |bits: u32| hash = chance::mix(hash ^ u64::from(bits)).wrapping_add(0x51);
+    for mesh in &desc.meshes {
+        mesh.positions.iter().flat_map(|p| p.to_array()).for_each(|x| eat(x.to_bits()));
+        mesh.normals.iter().flat_map(|p| p.to_array()).for_each(|x| eat(x.to_bits()));
+        mesh.colors.iter().flat_map(|p| p.to_array()).for_each(|x| eat(x.to_bits()));
+        mesh.triangles.iter().flatten().for_each(|&i| eat(i));
+    }
+    for instance in &desc.instances {
+        instance.world_from_object.to_cols_array().iter().for_each(|x| eat(x.to_bits()));
+        eat(instance.mesh);
+    }
+    hash
+}
+
+#[test]
+fn every_demo_is_a_sound_scene() {
+    for name in names() {
+        let desc = small(name, 0);
+        assert!(!desc.cameras.is_empty() && desc.environment.is_some(), "{name}");
+        let scene = Scene::new(desc).expect(name);
+        let found: Vec<_> = scene.diagnostics().items().iter().map(ToString::to_string).collect();
+        assert!(found.is_empty(), "{name}: {found:?}");
+        for mesh in scene.meshes() {
+            check_normals(name, mesh);
+        }
+    }
+}
+
+/// Shading normals are unit vectors on the side that the winding faces.
+fn check_normals(name: &str, mesh: &Mesh) {
+    assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-3), "{name}/{}: length", mesh.name);
+    if mesh.normals.is_empty() {
+        return;
+    }
+    let against = (0..mesh.triangles.len() as u32).filter(|&t| {
+        let [a, b, c] = mesh.corners(t);
+        let face = (b - a).cross(c - a);
+        mesh.triangles[t as usize].iter().any(|&i| mesh.normals[i as usize].dot(face) < 0.0)
+    });
+    let against = against.count();
+    assert!(against * 100 <= mesh.triangles.len(), "{name}/{}: {against} normals point inwards", mesh.name);
+}
+
+#[test]
+fn the_seed_decides_and_nothing_else() {
+    for name in names() {
+        assert_eq!(fingerprint(&small(name, 7)), fingerprint(&small(name, 7)), "{name}");
+    }
+    let fixed = ["caustic-sphere", "cornell"];
+    for name in names().into_iter().filter(|n| !fixed.contains(n)) {
+        assert_ne!(fingerprint(&small(name, 7)), fingerprint(&small(name, 8)), "{name}");
+    }
+}
+
+#[test]
+fn the_triangle_count_is_met() {
+    for demo in DEMOS {
+        let Some(sizes) = &demo.sizes else { continue };
+        for wanted in [sizes.least, 30_000, 123_457, 700_001].into_iter().filter(|&n| n >= sizes.least) {
+            let options = GenerateOptions { triangles: Some(wanted), seed: 0 };
+            let made = instanced_triangles(&(demo.make)(&options));
+            assert!(made.abs_diff(wanted) * 100 <= wanted, "{}: {made} for {wanted}", demo.name);
+        }
+    }
+}
+
+#[test]
+fn unknown_names_and_sizes_are_refused_clearly() {
+    let error = by_name("nonsense", &GenerateOptions::default()).expect_err("no such demo");
+    assert!(error.to_string().contains("cornell"), "{error}");
+    let options = GenerateOptions { triangles: Some(5), seed: 0 };
+    assert!(by_name("cornell", &options).expect_err("fixed").to_string().contains("fixed"));
+    assert!(by_name("caustic-sphere", &options).expect_err("range").to_string().contains("1000"));
+}
+
+/// Edges that are not shared by exactly two triangles in opposite directions, vertices welded by position.
+fn open_edges(mesh: &Mesh) -> usize {
+    use std::collections::BTreeMap;
+    let key = |i: u32| mesh.positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
+    let mut edges: BTreeMap<_, i32> = BTreeMap::new();
+    for t in &mesh.triangles {
+        for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+            let (a, b) = (key(a), key(b));
+            let (edge, direction) = if a < b { ((a, b), 1) } else { ((b, a), -1) };
+            let entry = edges.entry(edge).or_insert(0);
+            // Counts uses in the high part, their balance in the low part.
+            *entry += 1000 + direction;
+        }
+    }
+    edges.values().filter(|&&count| count != 2000).count()
+}
+
+#[test]
+fn glass_volumes_are_closed() {
+    let mut found = 0;
+    for name in names() {
+        let desc = small(name, 1);
+        let is_volume = |m: u32| {
+            let material = &desc.materials[m as usize];
+            material.transmission.factor > 0.0 && material.thickness > 0.0
+        };
+        for mesh in desc.meshes.iter().filter(|m| m.parts.iter().any(|p| is_volume(p.material))) {
+            found += 1;
+            assert_eq!(open_edges(mesh), 0, "{name}/{}", mesh.name);
+        }
+    }
+    assert!(found > 0);
+    let mut open = solids::floor(1.0, 1.0);
+    open.triangles.pop();
+    let mut assembly = shape::Assembly::default();
+    assembly.add(0, &open);
+    assert_ne!(open_edges(&assembly.into_mesh("control")), 0);
+}
+
+#[test]
+fn a_beveled_box_is_closed_and_faces_outwards() {
+    let shape = solids::beveled_box(vastlight_math::Vec3::new(1.0, 2.0, 3.0), 0.1);
+    assert_eq!(shape.triangles.len(), 44);
+    let mut assembly = shape::Assembly::default();
+    assembly.add(0, &shape);
+    let mesh = assembly.into_mesh("box");
+    assert_eq!(open_edges(&mesh), 0);
+    for t in 0..44 {
+        let [a, b, c] = mesh.corners(t);
+        assert!((b - a).cross(c - a).dot(a + b + c) > 0.0, "triangle {t}");
+    }
+}
