@@ -1,7 +1,8 @@
-//! One command for every chore: `cargo xtask test | lint | soak | gallery`.
+//! One command for every chore: `cargo xtask test | lint | soak | gallery | sheet`.
 
 mod gallery;
 mod process;
+mod sheet;
 mod test;
 
 use std::process::ExitCode;
@@ -11,7 +12,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   test       everything that must pass: format, lints, documentation, all tests; counts what was skipped and why
   lint       format, lints and documentation alone
   soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at high sample counts
-  gallery    renders the pictures of docs/gallery again";
+  gallery    renders the pictures of docs/gallery again
+  sheet DIR  renders a thumbnail of every model below DIR";
 
 fn main() -> ExitCode {
     let command = std::env::args().nth(1).unwrap_or_default();
@@ -20,6 +22,7 @@ fn main() -> ExitCode {
         "lint" => test::lint(),
         "soak" => test::soak(),
         "gallery" => gallery::run(),
+        "sheet" => sheet::run(),
         _ => Err(USAGE.into()),
     };
     match outcome {
