@@ -1,1 +1,35 @@
-//! Accumulators that merge to the same bits, tone curves, image files.
+//! The film: sums that merge to the same bits, tone curves, image files.
+//!
+//! A [`Film`] is a grid of [`FilmTile`]s. Tiles take samples in exact fixed-point arithmetic ([`Exact`]), so neither the
+//! order of samples, nor the order of tiles, nor the grouping of merged films changes a bit. [`Film::develop`] turns
+//! sums into a [`Picture`] of linear f32 planes, which [`write_exr`] and [`write_png`] put into files.
+
+mod aov;
+mod atomic;
+mod compare;
+mod coverage;
+mod cryptomatte;
+mod error;
+mod exr_header;
+mod exr_write;
+mod film;
+mod fixed;
+mod picture;
+mod png_write;
+mod read;
+mod tile;
+mod tone;
+
+pub use aov::Aov;
+pub use atomic::{check_writable, write_atomically};
+pub use compare::{Figures, compare, difference};
+pub use cryptomatte::{Cryptomatte, float_from_hash, name_hash};
+pub use error::FilmError;
+pub use exr_write::write_exr;
+pub use film::{Film, FilmSettings, Window};
+pub use fixed::{Exact, ExactUnit};
+pub use picture::{Picture, Plane};
+pub use png_write::{BitDepth, PngOptions, encode_png, write_png};
+pub use read::read_picture;
+pub use tile::{FilmTile, PixelSample};
+pub use tone::{ToneCurve, linear_from_srgb, srgb_from_linear};
