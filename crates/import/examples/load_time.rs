@@ -8,10 +8,19 @@ fn main() {
             Ok(d) => {
                 let ms = start.elapsed().as_secs_f64() * 1e3;
                 let tris: usize = d.meshes.iter().map(|m| m.triangles.len()).sum();
-                println!("{arg}: {ms:.1} ms, {} meshes, {tris} triangles, {} materials, {} warnings", d.meshes.len(), d.materials.len(), d.diagnostics.items().len());
-                for i in d.diagnostics.items().iter().take(5) { println!("    {i}"); }
+                println!(
+                    "{arg}: {ms:.1} ms, {} meshes, {tris} triangles, {} materials, {} warnings",
+                    d.meshes.len(),
+                    d.materials.len(),
+                    d.diagnostics.items().len()
+                );
+                for i in d.diagnostics.items().iter().take(5) {
+                    println!("    {i}");
+                }
             }
-            Err(e) => println!("{arg}: {:.1} ms, error {:?}: {e}", start.elapsed().as_secs_f64() * 1e3, e.kind),
+            Err(e) => {
+                println!("{arg}: {:.1} ms, error {:?}: {e}", start.elapsed().as_secs_f64() * 1e3, e.kind)
+            }
         }
     }
     let status = std::fs::read_to_string("/proc/self/status").unwrap();

@@ -19,6 +19,7 @@ mod texels;
 pub use environment::load_environment;
 pub use error::{ErrorKind, ImportError};
 pub use format::{SceneFormat, detect};
+pub use gltf::validate as validate_gltf;
 pub use limits::Limits;
 pub use texels::decode_image;
 

@@ -1,0 +1,297 @@
+//! Accessors to arrays: every component type, normalisation, strides, sparse values.
+
+use super::buffers::Buffers;
+use super::json::Json;
+use super::model::{Accessor, Component, Sparse, View};
+
+/// Why data of the file cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Fault {
+    pub(super) what: String,
+    pub(super) place: String,
+    pub(super) hint: &'static str,
+}
+
+impl Fault {
+    pub(super) fn new(what: impl Into<String>, place: impl Into<String>, hint: &'static str) -> Self {
+        Self { what: what.into(), place: place.into(), hint }
+    }
+}
+
+/// Most elements of an accessor that has no data of its own (its values are zero, or sparse).
+const MAX_ZEROS: usize = 4 << 20;
+
+/// Accessors and buffer views of a document with the bytes behind them.
+#[derive(Debug, Default)]
+pub(super) struct Data<'a> {
+    accessors: Vec<Option<Accessor>>,
+    views: Vec<Option<View>>,
+    buffers: Buffers<'a>,
+    /// Decompressed views; where one is `Some`, it stands for the view's own bytes.
+    decoded: Vec<Option<Vec<u8>>>,
+}
+
+impl<'a> Data<'a> {
+    /// Reads the tables of a document.
+    pub(super) fn new(root: &Json<'_>, buffers: Buffers<'a>) -> Self {
+        Self {
+            accessors: root.list("accessors").iter().map(Accessor::read).collect(),
+            views: root.list("bufferViews").iter().map(View::read).collect(),
+            buffers,
+            decoded: Vec::new(),
+        }
+    }
+
+    /// The buffers.
+    pub(super) fn buffers(&self) -> &Buffers<'a> {
+        &self.buffers
+    }
+
+    /// Replaces the bytes of views by decompressed ones.
+    pub(super) fn set_decoded(&mut self, decoded: Vec<Option<Vec<u8>>>) {
+        self.decoded = decoded;
+    }
+
+    /// A well-formed accessor.
+    pub(super) fn accessor(&self, index: usize) -> Option<&Accessor> {
+        self.accessors.get(index)?.as_ref()
+    }
+
+    /// A well-formed buffer view.
+    pub(super) fn view(&self, index: usize) -> Option<&View> {
+        self.views.get(index)?.as_ref()
+    }
+
+    /// All accessors.
+    pub(super) fn accessors(&self) -> impl Iterator<Item = Option<&Accessor>> {
+        self.accessors.iter().map(Option::as_ref)
+    }
+
+    /// The bytes of a view.
+    pub(super) fn view_bytes(&self, index: usize) -> Result<&[u8], Fault> {
+        if let Some(bytes) = self.decoded.get(index).and_then(Option::as_deref) {
+            return Ok(bytes);
+        }
+        let bytes = self.view(index).and_then(|view| self.buffers.view(view));
+        bytes.ok_or_else(|| {
+            Fault::new(
+                "the buffer view has no data",
+                format!("/bufferViews/{index}"),
+                "its buffer is missing or short",
+            )
+        })
+    }
+
+    /// An accessor's elements, located and checked against its view.
+    pub(super) fn source(&self, index: usize) -> Result<Source<'_>, Fault> {
+        let place = || format!("/accessors/{index}");
+        let accessor = *self
+            .accessor(index)
+            .ok_or_else(|| Fault::new("the accessor is not well-formed", place(), ""))?;
+        let short = || Fault::new("the accessor does not fit its buffer view", place(), "");
+        let base = match accessor.view {
+            Some(view) => {
+                let size = accessor.element_size();
+                let stride = self.view(view).and_then(|v| v.stride).unwrap_or(size);
+                let bytes = self.view_bytes(view)?.get(accessor.offset..).ok_or_else(short)?;
+                check_span(bytes.len(), accessor.count, stride, size).ok_or_else(short)?;
+                Some(Base { bytes, stride })
+            }
+            None if accessor.count > MAX_ZEROS => {
+                let what = format!(
+                    "{} elements without data are more than the limit of {MAX_ZEROS}",
+                    accessor.count
+                );
+                return Err(Fault::new(what, place(), ""));
+            }
+            None => None,
+        };
+        let overrides =
+            accessor.sparse.map(|sparse| self.overrides(&accessor, &sparse, &short)).transpose()?;
+        Ok(Source { accessor, base, overrides })
+    }
+
+    fn overrides(
+        &self,
+        accessor: &Accessor,
+        sparse: &Sparse,
+        short: &dyn Fn() -> Fault,
+    ) -> Result<Overrides<'_>, Fault> {
+        let indices = self.view_bytes(sparse.index_view)?.get(sparse.index_offset..).ok_or_else(short)?;
+        let index_size = sparse.index_component.size();
+        check_span(indices.len(), sparse.count, index_size, index_size).ok_or_else(short)?;
+        let values = self.view_bytes(sparse.value_view)?.get(sparse.value_offset..).ok_or_else(short)?;
+        let size = accessor.element_size();
+        check_span(values.len(), sparse.count, size, size).ok_or_else(short)?;
+        Ok(Overrides { count: sparse.count, indices, index_component: sparse.index_component, values })
+    }
+
+    /// Elements as floats, normalised where the accessor says so. Missing components are `fill`.
+    pub(super) fn floats<const N: usize>(&self, index: usize, fill: f32) -> Result<Vec<[f32; N]>, Fault> {
+        self.source(index)?.floats(fill).ok_or_else(|| too_large(index))
+    }
+
+    /// Elements as whole numbers.
+    pub(super) fn whole<const N: usize>(&self, index: usize) -> Result<Vec<[u32; N]>, Fault> {
+        self.source(index)?.whole().ok_or_else(|| too_large(index))
+    }
+}
+
+fn too_large(index: usize) -> Fault {
+    Fault::new("the accessor does not fit into memory", format!("/accessors/{index}"), "")
+}
+
+/// Whether `count` elements of `size` bytes at a distance of `stride` fit into `length` bytes.
+fn check_span(length: usize, count: usize, stride: usize, size: usize) -> Option<()> {
+    let needed = count.checked_sub(1)?.checked_mul(stride)?.checked_add(size)?;
+    (needed <= length).then_some(())
+}
+
+/// An accessor's elements in the file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Source<'a> {
+    pub(super) accessor: Accessor,
+    base: Option<Base<'a>>,
+    overrides: Option<Overrides<'a>>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Base<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Overrides<'a> {
+    count: usize,
+    indices: &'a [u8],
+    index_component: Component,
+    values: &'a [u8],
+}
+
+impl<'a> Overrides<'a> {
+    /// Index and bytes of the value, in file order.
+    fn iter(&self, element_size: usize) -> impl Iterator<Item = (usize, &'a [u8])> {
+        let size = self.index_component.size();
+        let index = move |bytes: &[u8]| match size {
+            1 => usize::from(u8::from_le(bytes[0])),
+            2 => usize::from(u16::read(bytes)),
+            _ => u32::read(bytes) as usize,
+        };
+        self.indices
+            .chunks_exact(size)
+            .map(index)
+            .zip(self.values.chunks_exact(element_size))
+            .take(self.count)
+    }
+}
+
+impl<'a> Source<'a> {
+    /// Elements as floats; `None` if memory does not suffice.
+    pub(super) fn floats<const N: usize>(&self, fill: f32) -> Option<Vec<[f32; N]>> {
+        let n = self.accessor.normalized;
+        match self.accessor.component {
+            Component::I8 => self.decode(fill, |x: i8| x.float(n)),
+            Component::U8 => self.decode(fill, |x: u8| x.float(n)),
+            Component::I16 => self.decode(fill, |x: i16| x.float(n)),
+            Component::U16 => self.decode(fill, |x: u16| x.float(n)),
+            Component::U32 => self.decode(fill, |x: u32| x.float(n)),
+            Component::F32 => self.decode(fill, |x: f32| x),
+        }
+    }
+
+    /// Elements as whole numbers; negative and fractional ones become 0. `None` if memory does not suffice.
+    pub(super) fn whole<const N: usize>(&self) -> Option<Vec<[u32; N]>> {
+        match self.accessor.component {
+            Component::I8 => self.decode(0, |x: i8| u32::try_from(x).unwrap_or(0)),
+            Component::U8 => self.decode(0, |x: u8| u32::from(x)),
+            Component::I16 => self.decode(0, |x: i16| u32::try_from(x).unwrap_or(0)),
+            Component::U16 => self.decode(0, |x: u16| u32::from(x)),
+            Component::U32 => self.decode(0, |x: u32| x),
+            Component::F32 => self.decode(0, |x: f32| x as u32),
+        }
+    }
+
+    fn decode<S: Scalar, T: Copy + Default, const N: usize>(
+        &self,
+        fill: T,
+        convert: impl Fn(S) -> T,
+    ) -> Option<Vec<[T; N]>> {
+        let components = self.accessor.shape.components().min(N);
+        let element = |bytes: &[u8]| {
+            let mut out = [fill; N];
+            for (c, value) in out.iter_mut().enumerate().take(components) {
+                *value = convert(S::read(&bytes[self.accessor.component_offset(c)..]));
+            }
+            out
+        };
+        let mut out: Vec<[T; N]> = Vec::new();
+        out.try_reserve_exact(self.accessor.count).ok()?;
+        match self.base {
+            Some(base) if !self.accessor.shape.is_matrix() && components == N => {
+                // The common case, with offsets known to the compiler.
+                let size = S::SIZE * N;
+                out.extend(elements(base, size, self.accessor.count).map(|bytes| {
+                    std::array::from_fn(|c| convert(S::read(&bytes[c * S::SIZE..(c + 1) * S::SIZE])))
+                }));
+            }
+            Some(base) => {
+                out.extend(elements(base, self.accessor.element_size(), self.accessor.count).map(element));
+            }
+            None => {
+                let mut zero = [fill; N];
+                zero[..components].fill(T::default());
+                out.resize(self.accessor.count, zero);
+            }
+        }
+        for (i, bytes) in self.overrides.iter().flat_map(|o| o.iter(self.accessor.element_size())) {
+            if let Some(slot) = out.get_mut(i) {
+                *slot = element(bytes);
+            }
+        }
+        Some(out)
+    }
+
+    /// The indices of sparse values, in file order.
+    pub(super) fn sparse_indices(&self) -> Vec<usize> {
+        let size = self.accessor.element_size();
+        self.overrides.iter().flat_map(|o| o.iter(size)).map(|(i, _)| i).collect()
+    }
+}
+
+/// The bytes of each element; `source` has checked that they are there.
+fn elements(base: Base<'_>, size: usize, count: usize) -> impl Iterator<Item = &[u8]> {
+    (0..count).map(move |i| &base.bytes[i * base.stride..i * base.stride + size])
+}
+
+/// A number that accessors store.
+trait Scalar: Copy {
+    const SIZE: usize;
+    fn read(bytes: &[u8]) -> Self;
+    fn float(self, normalized: bool) -> f32;
+}
+
+macro_rules! scalar {
+    ($type:ty, $divisor:expr) => {
+        impl Scalar for $type {
+            const SIZE: usize = size_of::<$type>();
+            #[inline]
+            fn read(bytes: &[u8]) -> Self {
+                let mut raw = [0; size_of::<$type>()];
+                raw.copy_from_slice(&bytes[..size_of::<$type>()]);
+                Self::from_le_bytes(raw)
+            }
+            #[inline]
+            fn float(self, normalized: bool) -> f32 {
+                if normalized { (self as f32 / $divisor).max(-1.0) } else { self as f32 }
+            }
+        }
+    };
+}
+
+scalar!(i8, 127.0);
+scalar!(u8, 255.0);
+scalar!(i16, 32767.0);
+scalar!(u16, 65535.0);
+scalar!(u32, 1.0);
+scalar!(f32, 1.0);

@@ -1,0 +1,203 @@
+//! The chosen scene of a document: its nodes with their meshes, cameras and lights, and the materials that these use.
+
+use super::accessor::Data;
+use super::findings::Findings;
+use super::json::Json;
+use super::mesh::{self, Context};
+use super::node::{self, Placed};
+use super::texture::Textures;
+use super::{camera, image, light, material};
+use crate::LoadOptions;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::atomic::AtomicU64;
+use vastlight_math::glam::DAffine3;
+use vastlight_scene::{Instance, Mesh, SceneDesc};
+
+/// Builds the description of the chosen scene.
+pub(super) fn assemble(
+    root: &Json<'_>,
+    data: &Data<'_>,
+    directory: &Path,
+    options: &LoadOptions,
+    findings: &mut Findings,
+) -> SceneDesc {
+    let mut desc = SceneDesc::default();
+    let roots = scene_roots(root, options, findings);
+    let placed = node::place(root, &roots);
+    let meshes = place_meshes(root, data, &placed, &mut desc, findings);
+    place_cameras_and_lights(root, &placed, &mut desc);
+    let default_material = read_materials(root, data, directory, options, &mut desc, findings);
+    let budget = AtomicU64::new(geometry_budget(data));
+    let context = Context { root, data, default_material, budget: &budget };
+    let built: Vec<(Mesh, Findings)> = meshes.par_iter().map(|&index| mesh::build(&context, index)).collect();
+    for (mesh, found) in built {
+        findings.append(found);
+        desc.meshes.push(mesh);
+    }
+    desc
+}
+
+/// Most bytes of geometry that are made from a file: some times its size, and always room for a small one.
+fn geometry_budget(data: &Data<'_>) -> u64 {
+    (256 << 20) + data.buffers().total().saturating_mul(64)
+}
+
+/// The root nodes of the scene to show.
+fn scene_roots(root: &Json<'_>, options: &LoadOptions, findings: &mut Findings) -> Vec<usize> {
+    let scenes = root.list("scenes");
+    let chosen = match &options.scene {
+        Some(wanted) => find_scene(scenes, wanted, findings),
+        None => root.index("scene").or((!scenes.is_empty()).then_some(0)),
+    };
+    if scenes.len() > 1 {
+        let others = scenes.iter().enumerate().filter(|(i, _)| Some(*i) != chosen);
+        let names: Vec<String> = others.map(|(i, scene)| scene_name(scene, i)).collect();
+        let what =
+            format!("only one of {} scenes is shown; the others are {}", scenes.len(), names.join(", "));
+        findings.warn("SEVERAL_SCENES", what, "/scenes", "");
+    }
+    match chosen.and_then(|i| scenes.get(i)) {
+        Some(scene) => scene.list("nodes").iter().filter_map(Json::integer).collect(),
+        None => parentless(root),
+    }
+}
+
+fn scene_name(scene: &Json<'_>, index: usize) -> String {
+    scene.at("name").text().map_or_else(|| index.to_string(), |name| format!("\"{name}\""))
+}
+
+fn find_scene(scenes: &[Json<'_>], wanted: &str, findings: &mut Findings) -> Option<usize> {
+    let by_name = scenes.iter().position(|scene| scene.at("name").text() == Some(wanted));
+    let by_number = || wanted.parse::<usize>().ok().filter(|&i| i < scenes.len());
+    let found = by_name.or_else(by_number);
+    if found.is_none() {
+        let names: Vec<String> = scenes.iter().enumerate().map(|(i, scene)| scene_name(scene, i)).collect();
+        let what = format!("there is no scene \"{wanted}\", the file has {}", names.join(", "));
+        findings.error("NO_SUCH_SCENE", what, "/scenes", "");
+    }
+    found
+}
+
+/// Nodes that are no node's children: what a document without scenes shows.
+fn parentless(root: &Json<'_>) -> Vec<usize> {
+    let nodes = root.list("nodes");
+    let mut is_child = vec![false; nodes.len()];
+    for child in nodes.iter().flat_map(|n| n.list("children")).filter_map(Json::integer) {
+        if let Some(flag) = is_child.get_mut(child) {
+            *flag = true;
+        }
+    }
+    (0..nodes.len()).filter(|&i| !is_child[i]).collect()
+}
+
+/// Adds the instances; returns glTF's mesh for each entry of the scene's mesh table.
+fn place_meshes(
+    root: &Json<'_>,
+    data: &Data<'_>,
+    placed: &[Placed],
+    desc: &mut SceneDesc,
+    findings: &mut Findings,
+) -> Vec<usize> {
+    let mut meshes = Vec::new();
+    let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
+    let mut names = Names::default();
+    for Placed { node: index, world_from_node } in placed {
+        let node = &root.list("nodes")[*index];
+        let Some(mesh_index) = node.index("mesh").filter(|&m| m < root.list("meshes").len()) else {
+            continue;
+        };
+        let mesh = *numbers.entry(mesh_index).or_insert_with(|| {
+            meshes.push(mesh_index);
+            (meshes.len() - 1) as u32
+        });
+        let name = names.number(instance_name(root, node, mesh_index), &mut desc.names);
+        let place = format!("/nodes/{index}");
+        let copies = node::gpu_instances(node, data, &place, findings);
+        for node_from_object in copies.unwrap_or_else(|| vec![DAffine3::IDENTITY]) {
+            let world_from_object = node::to_f32(&(*world_from_node * node_from_object));
+            desc.instances.push(Instance { world_from_object, mesh, name });
+        }
+    }
+    meshes
+}
+
+fn instance_name(root: &Json<'_>, node: &Json<'_>, mesh: usize) -> String {
+    match node.at("name").text() {
+        Some(name) if !name.is_empty() => name.to_owned(),
+        _ => mesh::name_of(&root.list("meshes")[mesh], mesh),
+    }
+}
+
+/// Numbers of names, each kept once.
+#[derive(Debug, Default)]
+struct Names {
+    numbers: BTreeMap<String, u32>,
+}
+
+impl Names {
+    fn number(&mut self, name: String, table: &mut Vec<String>) -> u32 {
+        *self.numbers.entry(name).or_insert_with_key(|name| {
+            table.push(name.clone());
+            (table.len() - 1) as u32
+        })
+    }
+}
+
+fn place_cameras_and_lights(root: &Json<'_>, placed: &[Placed], desc: &mut SceneDesc) {
+    let lights = root.extension(light::EXTENSION).map_or(&[][..], |e| e.list("lights"));
+    for Placed { node: index, world_from_node } in placed {
+        let node = &root.list("nodes")[*index];
+        if let Some((i, json)) = referenced(root.list("cameras"), node.index("camera")) {
+            let name = object_name(json, node, "camera", i);
+            desc.cameras.extend(camera::read(json, name, world_from_node));
+        }
+        let light = node.extension(light::EXTENSION).and_then(|e| e.index("light"));
+        if let Some((i, json)) = referenced(lights, light) {
+            let name = object_name(json, node, "light", i);
+            desc.lights.extend(light::read(json, name, world_from_node));
+        }
+    }
+}
+
+fn referenced<'j, 'a>(list: &'j [Json<'a>], index: Option<usize>) -> Option<(usize, &'j Json<'a>)> {
+    let index = index?;
+    Some((index, list.get(index)?))
+}
+
+/// The object's own name, else its node's, else its kind and number.
+fn object_name(json: &Json<'_>, node: &Json<'_>, kind: &str, index: usize) -> String {
+    let own = json.at("name").text().filter(|name| !name.is_empty());
+    let of_node = node.at("name").text().filter(|name| !name.is_empty());
+    own.or(of_node).map_or_else(|| format!("{kind} {index}"), str::to_owned)
+}
+
+/// Reads all materials, their textures and images; returns the number of glTF's default material.
+fn read_materials(
+    root: &Json<'_>,
+    data: &Data<'_>,
+    directory: &Path,
+    options: &LoadOptions,
+    desc: &mut SceneDesc,
+    findings: &mut Findings,
+) -> u32 {
+    let mut textures = Textures::default();
+    for (i, json) in root.list("materials").iter().enumerate() {
+        let name = json.at("name").text().map_or_else(|| format!("material {i}"), str::to_owned);
+        desc.materials.push(material::read(root, json, name, &mut textures));
+    }
+    let default_material = desc.materials.len() as u32;
+    if uses_default_material(root) {
+        desc.materials.push(material::read(root, &Json::Null, "default".into(), &mut textures));
+    }
+    let (list, images) = textures.finish();
+    desc.textures = list;
+    desc.images = image::load_all(root, data, &images, directory, &options.limits, findings);
+    default_material
+}
+
+fn uses_default_material(root: &Json<'_>) -> bool {
+    let mut primitives = root.list("meshes").iter().flat_map(|mesh| mesh.list("primitives"));
+    primitives.any(|primitive| primitive.index("material").is_none())
+}
