@@ -4,18 +4,31 @@
 //! `extrude`), gives them materials (`palette`, `surfaces`) and collects them in a [`SceneDesc`] (`builder`). Chance
 //! comes from the counter-based generator in `chance`, natural form from `noise`.
 
+mod atrium;
 #[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod builder;
 mod caustic_sphere;
-#[allow(dead_code, reason = "for the scenes that follow")]
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod chance;
 mod cornell;
-#[allow(dead_code, reason = "for the scenes that follow")]
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod extrude;
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod lathe;
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod noise;
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod palette;
-#[allow(dead_code, reason = "for the scenes that follow")]
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod shape;
-#[allow(dead_code, reason = "for the scenes that follow")]
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod solids;
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod textures;
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod tree;
+#[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod tube;
 
 use crate::{SceneDesc, SceneError};
 
@@ -42,6 +55,7 @@ struct Sizes {
 }
 
 const DEMOS: &[Demo] = &[
+    Demo { name: "atrium", sizes: None, make: atrium::atrium },
     Demo {
         name: "caustic-sphere",
         sizes: Some(Sizes { least: 1_000, most: 1_000_000_000 }),
