@@ -101,7 +101,7 @@ fn leaf(shape: &mut Shape, base: Vec3, direction: Vec3, size: f32, color: Vec3, 
         let normal = (up - across * (0.25 * sign * sign)).normalize();
         let corners = [base, edge, tip, middle].map(|p| shape.vertex(p, normal, Vec2::ZERO));
         let [a, b, c, d] = corners;
-        if sign > 0.0 { shape.quad(a, b, c, d) } else { shape.quad(a, d, c, b) }
+        if sign > 0.0 { shape.quad(b, c, d, a) } else { shape.quad(b, a, d, c) }
     }
     shape.colors.resize(first, vastlight_math::Vec4::ONE);
     shape.colors.resize(shape.positions.len(), color.extend(1.0));
