@@ -1,5 +1,13 @@
 //! The CPU tracer: closest hits and occlusion for arrays of rays.
+//!
+//! [`Tracer::new`] builds a structure over every mesh of a scene and one over its instances. Hits are defined by the
+//! scene alone: they do not depend on the structure, the instructions, the number of threads or the order of rays.
 
+pub mod bench;
 mod hit;
+mod instance;
+mod tracer;
+mod walk;
 
 pub use hit::{AcceptAll, Hit, HitFilter};
+pub use tracer::{BuildReport, TraceError, Tracer, TracerConfig};

@@ -1,0 +1,122 @@
+//! Builders: references in, a binary tree out.
+
+mod binned;
+mod top_down;
+
+use crate::{BinaryTree, Node, Reference};
+use vastlight_simd::{Level, Simd8};
+
+pub use binned::Binned;
+
+/// Names that [`build`] knows; the first is the default.
+pub const NAMES: [&str; 1] = ["binned-sah"];
+
+/// How to build.
+#[derive(Clone, Copy, Debug)]
+pub struct BuildConfig {
+    /// Most primitives in a leaf. Eight suit blocks of eight triangles.
+    pub max_leaf: u32,
+    /// Cost of one step down in units of testing one block of `max_leaf` primitives: larger gives fuller leaves.
+    pub traversal_cost: f32,
+    /// Instructions to use; the tree is the same at every level.
+    pub level: Level,
+}
+
+impl Default for BuildConfig {
+    fn default() -> Self {
+        Self { max_leaf: 8, traversal_cost: 0.3, level: Level::detect() }
+    }
+}
+
+/// Why nothing was built.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BuildError {
+    /// No builder has this name.
+    #[error("no acceleration structure is called \"{0}\" (known: {known})", known = NAMES.join(", "))]
+    UnknownBuilder(String),
+    /// More references than 31 bits count.
+    #[error("{0} primitives are too many for one structure (at most 2^31 - 1)")]
+    TooMany(usize),
+}
+
+/// Memory that builds reuse: a second build of the same size allocates nothing here.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    /// Room for a caller's references.
+    pub references: Vec<Reference>,
+    other: Vec<Reference>,
+}
+
+/// Builds by name; an empty name is the default. `references` are reordered. The tree is the same for any number of
+/// threads and any [`Level`].
+///
+/// # Errors
+/// An unknown name, or too many references.
+pub fn build(
+    name: &str,
+    references: &mut [Reference],
+    config: &BuildConfig,
+    scratch: &mut Scratch,
+) -> Result<BinaryTree, BuildError> {
+    if references.len() >= 1 << 31 {
+        return Err(BuildError::TooMany(references.len()));
+    }
+    resolve(name)?;
+    Ok(top_down::build(&Binned::new(config), references, config, scratch))
+}
+
+/// The full name behind `name`; an empty one is the default.
+///
+/// # Errors
+/// No builder has this name.
+pub fn resolve(name: &str) -> Result<&'static str, BuildError> {
+    if name.is_empty() {
+        return Ok(NAMES[0]);
+    }
+    NAMES.into_iter().find(|n| *n == name).ok_or_else(|| BuildError::UnknownBuilder(name.into()))
+}
+
+/// Boxes around a run of references.
+#[derive(Clone, Copy, Debug)]
+pub struct RunBounds {
+    /// Around the boxes: lower corner, unused, negated upper corner, unused.
+    pub boxes: [f32; 8],
+    /// Around twice the centres, in the same form.
+    pub centers: [f32; 8],
+}
+
+/// The part of a top-down builder that decides: gathers figures about a run of references, and tries to split it.
+///
+/// Figures of parts of a run can be merged, in any grouping, to those of the run.
+pub trait Heuristic: Sync {
+    /// Figures about a run.
+    type Figures: Send;
+    /// A way to part a run in two.
+    type Split: Copy + Send + Sync;
+
+    /// The figures of `references`, a part of a run with the bounds `run` and the length `count`.
+    fn gather<S: Simd8>(
+        &self,
+        simd: S,
+        references: &[Reference],
+        run: &RunBounds,
+        count: usize,
+    ) -> Self::Figures;
+    /// The figures of two parts together.
+    fn merge<S: Simd8>(&self, simd: S, a: Self::Figures, b: &Self::Figures) -> Self::Figures;
+    /// The best way to split the run, with its cost in the measure of [`Heuristic::leaf_cost`]; none if it has none.
+    fn try_split<S: Simd8>(
+        &self,
+        simd: S,
+        figures: &Self::Figures,
+        run: &RunBounds,
+        count: usize,
+    ) -> Option<(Self::Split, f32)>;
+    /// The cost of making the run a leaf.
+    fn leaf_cost(&self, run: &RunBounds, count: usize) -> f32;
+    /// Whether a reference goes to the left part.
+    fn goes_left(&self, split: &Self::Split, reference: &Reference) -> bool;
+}
+
+/// A node with nothing in it yet.
+const BLANK: Node = Node { bounds: vastlight_math::Aabb::EMPTY, left: 0, first: 0, count: 0 };

@@ -1,0 +1,175 @@
+//! A ray prepared for the tests of one space.
+//!
+//! Margins. With `m` = (largest coordinate of the ray's origin and of the geometry) and `e` = 2^-24, the triangle test
+//! works on corners that are off by less than 8 `e m`. A hit must lie in its triangle's box grown by 16 `e m`. Box tests
+//! on the way down grow boxes by 32 `e m`, the difference being more than their own rounding. So a triangle's hit never
+//! depends on the boxes above it.
+
+use vastlight_math::Vec3;
+
+/// Half a unit in the last place of 1.
+const EPSILON: f32 = 1.0 / 16_777_216.0;
+const OWN_BOX_MARGIN: f32 = 16.0 * EPSILON;
+/// Margin of boxes on the way down, in units of the largest coordinate.
+const NODE_MARGIN: f32 = 32.0 * EPSILON;
+/// Directions are brought into this range by a power of two.
+const DIRECTION_RANGE: std::ops::RangeInclusive<f32> = 1.0 / 1_048_576.0..=1_048_576.0;
+/// Components smaller than this part of the largest are taken for this part in box tests: within the geometry
+/// the ray moves by less than the margin, and reciprocals stay finite.
+const SMALLEST_COMPONENT: f32 = 1.0 / 67_108_864.0;
+/// Origins beyond this (2^80) miss everything.
+const FARTHEST_ORIGIN: f32 = 1.208_925_8e24;
+/// Origins beyond this (2^40) in the space of a mesh miss it: products of three coordinates stay finite. Meshes are
+/// scaled to at most 2^20.
+const FARTHEST_FROM_MESH: f32 = 1_099_511_627_776.0;
+
+/// A ray prepared for box tests.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BoxRay {
+    /// Where the ray starts.
+    pub origin: [f32; 3],
+    /// Reciprocal of the direction, finite and not zero.
+    pub reciprocal: [f32; 3],
+    /// `plane * reciprocal - near_offset` is where the ray enters a slab, margin included.
+    pub near_offset: [f32; 3],
+    /// `plane * reciprocal - far_offset` is where the ray leaves a slab, margin included.
+    pub far_offset: [f32; 3],
+    /// 1 where the ray enters a slab by the upper plane, 0 by the lower.
+    pub enters_by_upper: [usize; 3],
+}
+
+/// A ray in a space, its direction scaled by a power of two so that no product under- or overflows.
+#[derive(Clone, Copy, Debug)]
+pub struct ScaledRay {
+    origin: Vec3,
+    direction: Vec3,
+    /// Parameters along the scaled direction times this are parameters along the given one; a power of two.
+    pub t_scale: f32,
+}
+
+impl ScaledRay {
+    /// The ray; none where it is not finite, has no direction or starts beyond 2^80.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(origin: Vec3, direction: Vec3) -> Option<Self> {
+        let largest = direction.abs().max_element();
+        let origin_fits = origin.abs().cmple(Vec3::splat(FARTHEST_ORIGIN)).all();
+        if DIRECTION_RANGE.contains(&largest) && origin_fits && direction.is_finite() {
+            return Some(Self { origin, direction, t_scale: 1.0 });
+        }
+        Self::rescaled(origin, direction, origin_fits)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn rescaled(origin: Vec3, direction: Vec3, origin_fits: bool) -> Option<Self> {
+        let largest = direction.abs().max_element();
+        if !origin_fits || !direction.is_finite() || largest == 0.0 {
+            return None;
+        }
+        // 2^-e of the largest component; two steps, so that subnormal directions stay in the range of f32.
+        let exponent = (largest.to_bits() >> 23) as i32 - 127;
+        let (first, second) = (-exponent / 2, -exponent - -exponent / 2);
+        let power = |e: i32| f32::from_bits(((e + 127) as u32) << 23);
+        let direction = direction * power(first) * power(second);
+        let t_scale = power(first) * power(second);
+        (direction.abs().max_element() > 0.0).then_some(Self { origin, direction, t_scale })
+    }
+
+    /// Prepares for box tests against geometry with coordinates up to `extent`, with a margin `margin_factor` times
+    /// as wide as that which meshes need.
+    #[inline(always)]
+    #[must_use]
+    pub fn for_boxes(&self, extent: f32, margin_factor: f32) -> BoxRay {
+        let (o, d) = (self.origin.to_array(), self.direction.to_array());
+        let reach = self.origin.abs().max_element() + extent;
+        let margin = reach * (NODE_MARGIN * margin_factor);
+        let smallest = self.direction.abs().max_element() * SMALLEST_COMPONENT;
+        let reciprocal = d.map(|d| 1.0 / if d.abs() < smallest { smallest.copysign(d) } else { d });
+        BoxRay {
+            origin: o,
+            reciprocal,
+            near_offset: std::array::from_fn(|k| o[k] * reciprocal[k] + margin * reciprocal[k].abs()),
+            far_offset: std::array::from_fn(|k| o[k] * reciprocal[k] - margin * reciprocal[k].abs()),
+            enters_by_upper: reciprocal.map(|r| usize::from(r < 0.0)),
+        }
+    }
+
+    /// Prepares for triangle tests against a mesh with coordinates up to `extent`; none where the ray starts beyond 2^40.
+    #[inline(always)]
+    #[must_use]
+    pub fn for_triangles(&self, extent: f32) -> Option<TriangleRay> {
+        if self.origin.abs().max_element() > FARTHEST_FROM_MESH {
+            return None;
+        }
+        let boxes = self.for_boxes(extent, 1.0);
+        let d = self.direction.to_array();
+        let a = d.map(f32::abs);
+        let z = if a[0] >= a[1] && a[0] >= a[2] {
+            0
+        } else if a[1] >= a[2] {
+            1
+        } else {
+            2
+        };
+        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        // The largest component is never replaced in `for_boxes`.
+        let scale = boxes.reciprocal[z];
+        let margin = (self.origin.abs().max_element() + extent) * OWN_BOX_MARGIN;
+        Some(TriangleRay {
+            axes: [x, y, z],
+            shear: [d[x] * scale, d[y] * scale, scale],
+            own_margin: boxes.reciprocal.map(|r| margin * r.abs()),
+            boxes,
+        })
+    }
+}
+
+/// A ray prepared for box and triangle tests.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleRay {
+    /// The part for boxes.
+    pub boxes: BoxRay,
+    /// The axes that become x, y and z after the shear; z is the longest of the direction.
+    pub axes: [usize; 3],
+    /// `x' = x - shear[0] z`, `y' = y - shear[1] z`, `t = shear[2] z`.
+    pub shear: [f32; 3],
+    /// Width of the margin around a triangle's own box, in units of `t` along each axis.
+    pub own_margin: [f32; 3],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn odd_rays_are_refused() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for k in 0..3 {
+                let mut v = [0.5; 3];
+                v[k] = bad;
+                assert!(ScaledRay::new(Vec3::from(v), Vec3::ONE).is_none());
+                assert!(ScaledRay::new(Vec3::ONE, Vec3::from(v)).is_none());
+            }
+        }
+        assert!(ScaledRay::new(Vec3::ZERO, Vec3::ZERO).is_none());
+        assert!(ScaledRay::new(Vec3::splat(1e25), Vec3::ONE).is_none());
+        let far = ScaledRay::new(Vec3::splat(1e15), Vec3::ONE).expect("usable");
+        assert!(far.for_triangles(1.0).is_none());
+    }
+
+    #[test]
+    fn directions_of_any_length_are_scaled_exactly() {
+        for length in [1e-44_f32, 1e-38, 3e-20, 1e-6, 1.0, 1e6, 1e19, 3e38] {
+            let ray = ScaledRay::new(Vec3::ONE, Vec3::new(length, length * 0.5, 0.0)).expect("usable");
+            let largest = ray.direction.abs().max_element();
+            assert!(DIRECTION_RANGE.contains(&largest), "{length}: {largest}");
+            assert_eq!(f64::from(ray.direction.x), f64::from(length) * f64::from(ray.t_scale));
+            let boxes = ray.for_triangles(1.0).expect("near").boxes;
+            for values in [boxes.reciprocal, boxes.near_offset, boxes.far_offset] {
+                assert!(values.iter().all(|v| v.is_finite()));
+            }
+            assert!(boxes.reciprocal.iter().all(|&r| r != 0.0));
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Nodes with eight boxes, and blocks of eight triangles, as arrays of lanes.
+
+use vastlight_math::{Aabb, Vec3};
+
+/// What a node's slot points to: a node, a leaf, or nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
+pub struct ChildRef(pub u32);
+
+impl ChildRef {
+    const LEAF_BIT: u32 = 1 << 31;
+    /// Nothing.
+    pub const NONE: Self = Self(u32::MAX);
+
+    /// The node with this index.
+    #[inline]
+    #[must_use]
+    pub const fn node(index: u32) -> Self {
+        Self(index)
+    }
+
+    /// The leaf with this index.
+    #[inline]
+    #[must_use]
+    pub const fn leaf(index: u32) -> Self {
+        Self(index | Self::LEAF_BIT)
+    }
+
+    /// Whether this is a leaf (or nothing).
+    #[inline(always)]
+    #[must_use]
+    pub const fn is_leaf(self) -> bool {
+        self.0 & Self::LEAF_BIT != 0
+    }
+
+    /// Index of the node or leaf.
+    #[inline(always)]
+    #[must_use]
+    pub const fn index(self) -> usize {
+        (self.0 & !Self::LEAF_BIT) as usize
+    }
+}
+
+/// Eight children with their boxes, 256 bytes.
+///
+/// A slot without child has an empty box and [`ChildRef::NONE`].
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
+pub struct Node8 {
+    /// By axis, then lower or upper, then slot.
+    pub planes: [[[f32; 8]; 2]; 3],
+    /// By slot.
+    pub children: [ChildRef; 8],
+    /// Nothing yet; keeps the size a multiple of a cache line.
+    pub reserved: [u32; 8],
+}
+
+impl Node8 {
+    /// A node without children.
+    pub const EMPTY: Self = Self {
+        planes: [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3],
+        children: [ChildRef::NONE; 8],
+        reserved: [0; 8],
+    };
+
+    /// Puts a child into a slot.
+    pub fn set(&mut self, slot: usize, child: ChildRef, bounds: &Aabb) {
+        for axis in 0..3 {
+            self.planes[axis][0][slot] = bounds.min[axis];
+            self.planes[axis][1][slot] = bounds.max[axis];
+        }
+        self.children[slot] = child;
+    }
+
+    /// The box of a slot.
+    #[must_use]
+    pub fn bounds(&self, slot: usize) -> Aabb {
+        let corner = |side: usize| Vec3::from(std::array::from_fn(|axis| self.planes[axis][side][slot]));
+        Aabb { min: corner(0), max: corner(1) }
+    }
+}
+
+/// Up to eight triangles, 320 bytes. Lanes without triangle hold a point that no ray hits, and the number `u32::MAX`.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C, align(64))]
+pub struct Block8 {
+    /// By corner, then axis, then lane.
+    pub corners: [[[f32; 8]; 3]; 3],
+    /// The triangles' numbers, by lane.
+    pub prims: [u32; 8],
+}
+
+impl Block8 {
+    /// The number in lanes without triangle.
+    pub const NO_PRIM: u32 = u32::MAX;
+
+    /// A block of the first eight triangles of `triangles`, with their numbers.
+    #[must_use]
+    pub fn new(triangles: impl IntoIterator<Item = (u32, [Vec3; 3])>) -> Self {
+        let mut block = Self { corners: [[[0.0; 8]; 3]; 3], prims: [Self::NO_PRIM; 8] };
+        for (lane, (prim, corners)) in triangles.into_iter().take(8).enumerate() {
+            block.prims[lane] = prim;
+            for (of_corner, corner) in block.corners.iter_mut().zip(corners) {
+                for (of_axis, x) in of_corner.iter_mut().zip(corner.to_array()) {
+                    of_axis[lane] = x;
+                }
+            }
+        }
+        block
+    }
+
+    /// The corners of the triangle in a lane.
+    #[must_use]
+    pub fn triangle(&self, lane: usize) -> [Vec3; 3] {
+        std::array::from_fn(|corner| Vec3::from(std::array::from_fn(|axis| self.corners[corner][axis][lane])))
+    }
+}

@@ -1,0 +1,149 @@
+//! The tree of one mesh: wide nodes over blocks of triangles.
+
+use super::collapse::{emit, plan};
+use super::{Block8, ChildRef, Node8};
+use crate::{BuildConfig, BuildError, Quality, Reference, Scratch, build, quality};
+use rayon::prelude::*;
+use std::time::{Duration, Instant};
+use vastlight_math::{Aabb, Vec3};
+
+/// The triangles of a mesh, borrowed. Indices are in range and positions finite.
+#[derive(Clone, Copy, Debug)]
+pub struct MeshView<'a> {
+    /// Vertex positions.
+    pub positions: &'a [Vec3],
+    /// Three vertex indices a triangle.
+    pub triangles: &'a [[u32; 3]],
+}
+
+/// Geometry with coordinates in this range is traced as it is.
+const COMFORTABLE: std::ops::RangeInclusive<f32> = 1.0 / 1_048_576.0..=1_048_576.0;
+
+impl MeshView<'_> {
+    /// The corners of a triangle.
+    #[inline]
+    #[must_use]
+    pub fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.triangles[triangle as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// The power of two by which the mesh is scaled so that products of its coordinates neither under- nor overflow; 1
+    /// for nearly all meshes.
+    #[must_use]
+    pub fn scale(&self, bounds: &Aabb) -> f32 {
+        let extent = extent(bounds);
+        if COMFORTABLE.contains(&extent) || extent == 0.0 {
+            return 1.0;
+        }
+        let exponent = (extent.to_bits() >> 23) as i32 - 127;
+        f32::from_bits(((127 - exponent).clamp(1, 254) as u32) << 23)
+    }
+}
+
+/// The largest absolute coordinate of a box; zero for an empty one.
+fn extent(bounds: &Aabb) -> f32 {
+    if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() }
+}
+
+/// A mesh made traceable, in its own space times [`MeshBvh::scale`].
+#[derive(Clone, Debug)]
+pub struct MeshBvh {
+    /// Wide nodes; leaves are indices of blocks.
+    pub nodes: Vec<Node8>,
+    /// Triangles.
+    pub blocks: Vec<Block8>,
+    /// Where rays start; none for a mesh without triangles.
+    pub root: Option<ChildRef>,
+    /// Around all triangles, scaled.
+    pub bounds: Aabb,
+    /// Largest absolute coordinate of the mesh's vertices, used or not, scaled.
+    pub extent: f32,
+    /// Positions here are the mesh's times this power of two.
+    pub scale: f32,
+}
+
+/// What a build took and gave.
+#[derive(Clone, Debug, Default)]
+pub struct MeshBuild {
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Of the binary tree.
+    pub quality: Quality,
+    /// Time by stage.
+    pub stages: Vec<(&'static str, Duration)>,
+}
+
+impl MeshBvh {
+    /// Builds with the builder `name`.
+    ///
+    /// # Errors
+    /// Those of [`build`].
+    pub fn build(
+        name: &str,
+        mesh: &MeshView<'_>,
+        config: &BuildConfig,
+        scratch: &mut Scratch,
+    ) -> Result<(Self, MeshBuild), BuildError> {
+        let config = BuildConfig { max_leaf: config.max_leaf.min(8), ..*config };
+        let mut clock = Clock::start();
+        let bounds = mesh
+            .positions
+            .par_iter()
+            .with_min_len(1 << 14)
+            .fold(|| Aabb::EMPTY, |b, &p| b.grow(p))
+            .reduce(|| Aabb::EMPTY, Aabb::union);
+        let scale = mesh.scale(&bounds);
+        let scaled = |triangle: u32| mesh.corners(triangle).map(|p| p * scale);
+        let mut references = std::mem::take(&mut scratch.references);
+        (0..mesh.triangles.len() as u32)
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .map(|i| Reference::new(&Aabb::from_points(scaled(i)), i))
+            .collect_into_vec(&mut references);
+        clock.lap("references");
+        let tree = build(name, &mut references, &config, scratch)?;
+        scratch.references = references;
+        clock.lap("tree");
+        let plan = plan(&tree, config.max_leaf);
+        clock.lap("collapse");
+        let (mut nodes, mut blocks) = (Vec::new(), Vec::new());
+        emit(&plan, &mut nodes, |binary| tree.nodes[binary as usize].bounds, |leaf| leaf);
+        let block = |&binary: &u32| {
+            let node = &tree.nodes[binary as usize];
+            let prims = &tree.prims[node.first as usize..(node.first + node.count) as usize];
+            Block8::new(prims.iter().map(|&prim| (prim, scaled(prim))))
+        };
+        plan.leaves.par_iter().with_min_len(512).map(block).collect_into_vec(&mut blocks);
+        clock.lap("emit");
+        let extent = extent(&bounds) * scale;
+        let bvh = Self { nodes, blocks, root: plan.root, bounds: tree.bounds(), extent, scale };
+        Ok((
+            bvh,
+            MeshBuild { triangles: mesh.triangles.len(), quality: quality(&tree), stages: clock.stages },
+        ))
+    }
+
+    /// Memory of nodes and blocks.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+    }
+}
+
+/// Measures stages.
+struct Clock {
+    last: Instant,
+    stages: Vec<(&'static str, Duration)>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { last: Instant::now(), stages: Vec::new() }
+    }
+
+    fn lap(&mut self, name: &'static str) {
+        let now = Instant::now();
+        self.stages.push((name, now - self.last));
+        self.last = now;
+    }
+}

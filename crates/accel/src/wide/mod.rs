@@ -1,0 +1,13 @@
+//! Eight-wide trees: what rays are traced through.
+
+mod collapse;
+mod layout;
+mod mesh;
+mod top;
+pub mod traverse;
+mod validate;
+
+pub use layout::{Block8, ChildRef, Node8};
+pub use mesh::{MeshBuild, MeshBvh, MeshView};
+pub use top::TopBvh;
+pub use validate::validate_nodes;

@@ -1,0 +1,175 @@
+//! Brings a ray to the leaves of a wide tree that it may hit, near ones first.
+//!
+//! Single rays, a stack of (distance, child) in one u64 each, so that a child behind the closest hit is dropped when it
+//! is popped. Children are ordered by distance.
+
+use super::{ChildRef, Node8};
+use crate::ray::BoxRay;
+use vastlight_simd::Simd8;
+
+/// Entries that a tree built here can fill at most: seven a level, and builders bound the depth (64 levels that a
+/// heuristic chose, at most 31 halvings).
+pub const STACK: usize = 7 * 96;
+
+/// Waiting children: distance as bits above, reference below.
+pub type Entry = u64;
+
+/// What happens at leaves.
+pub trait Leaves<S: Simd8> {
+    /// Visits the leaf with this index. The ray reaches to `t_max`, which may be shortened. Gives true to end the walk.
+    fn visit(&mut self, simd: S, leaf: usize, t_max: &mut f32) -> bool;
+
+    /// Called when a leaf is put aside, some time before the visit.
+    fn prefetch(&self, simd: S, leaf: usize);
+}
+
+/// A wide tree, borrowed.
+#[derive(Clone, Copy, Debug)]
+pub struct Tree<'a> {
+    /// Nodes.
+    pub nodes: &'a [Node8],
+    /// Where to start.
+    pub root: ChildRef,
+}
+
+/// Walks `tree` with a ray from `t_min >= 0` to `t_max`. `ray` may be anything if the root is a leaf. `stack` has
+/// [`STACK`] entries. Gives true if a visit ended the walk.
+#[inline(always)]
+pub fn traverse<S: Simd8, L: Leaves<S>>(
+    simd: S,
+    tree: Tree<'_>,
+    ray: &BoxRay,
+    (t_min, t_max): (f32, &mut f32),
+    stack: &mut [Entry],
+    leaves: &mut L,
+) -> bool {
+    let lanes = RayLanes::new(simd, ray, t_min);
+    let mut waiting = Waiting { stack, depth: 0 };
+    let mut current = tree.root;
+    loop {
+        let next = if current.is_leaf() {
+            if leaves.visit(simd, current.index(), t_max) {
+                return true;
+            }
+            None
+        } else {
+            let node = &tree.nodes[current.index()];
+            let (hits, distances) = lanes.test(simd, node, *t_max);
+            waiting.descend(simd, tree.nodes, node, hits, distances, leaves)
+        };
+        match next.or_else(|| waiting.pop(*t_max)) {
+            Some(next) => current = next,
+            None => return false,
+        }
+    }
+}
+
+/// Children put aside, nearest last within a node.
+struct Waiting<'a> {
+    stack: &'a mut [Entry],
+    depth: usize,
+}
+
+impl Waiting<'_> {
+    /// The nearest waiting child that is not behind `t_max`.
+    #[inline(always)]
+    fn pop(&mut self, t_max: f32) -> Option<ChildRef> {
+        while self.depth > 0 {
+            self.depth -= 1;
+            let entry = self.stack[self.depth];
+            if f32::from_bits((entry >> 32) as u32) <= t_max {
+                return Some(ChildRef(entry as u32));
+            }
+        }
+        None
+    }
+
+    /// Puts the hit children of `node` aside but for the nearest, which it gives.
+    #[inline(always)]
+    fn descend<S: Simd8, L: Leaves<S>>(
+        &mut self,
+        simd: S,
+        nodes: &[Node8],
+        node: &Node8,
+        mut hits: u32,
+        distances: S::F,
+        leaves: &L,
+    ) -> Option<ChildRef> {
+        if hits == 0 {
+            return None;
+        }
+        let first = hits.trailing_zeros() as usize % 8;
+        hits &= hits - 1;
+        if hits == 0 {
+            return Some(node.children[first]);
+        }
+        let distances = simd.to_array(distances);
+        let entry = |slot: usize| {
+            let child = node.children[slot];
+            if child.is_leaf() {
+                leaves.prefetch(simd, child.index());
+            } else if let Some(node) = nodes.get(child.index()) {
+                simd.prefetch::<_, 4>(node);
+            }
+            u64::from(distances[slot].to_bits()) << 32 | u64::from(child.0)
+        };
+        let bottom = self.depth;
+        let mut nearest = entry(first);
+        while hits != 0 {
+            let slot = hits.trailing_zeros() as usize % 8;
+            hits &= hits - 1;
+            let other = entry(slot);
+            self.insert(bottom, nearest.max(other));
+            nearest = nearest.min(other);
+        }
+        Some(ChildRef(nearest as u32))
+    }
+
+    /// Inserts above `bottom`, where larger entries lie deeper.
+    #[inline(always)]
+    fn insert(&mut self, bottom: usize, entry: Entry) {
+        let mut place = self.depth;
+        while place > bottom && self.stack[place - 1] < entry {
+            self.stack[place] = self.stack[place - 1];
+            place -= 1;
+        }
+        self.stack[place] = entry;
+        self.depth += 1;
+    }
+}
+
+/// A ray's figures, spread over lanes.
+struct RayLanes<S: Simd8> {
+    reciprocal: [S::F; 3],
+    near_offset: [S::F; 3],
+    far_offset: [S::F; 3],
+    enters_by_upper: [usize; 3],
+    t_min: S::F,
+}
+
+impl<S: Simd8> RayLanes<S> {
+    #[inline(always)]
+    fn new(simd: S, ray: &BoxRay, t_min: f32) -> Self {
+        Self {
+            reciprocal: ray.reciprocal.map(|x| simd.splat(x)),
+            near_offset: ray.near_offset.map(|x| simd.splat(x)),
+            far_offset: ray.far_offset.map(|x| simd.splat(x)),
+            enters_by_upper: ray.enters_by_upper.map(|side| side & 1),
+            t_min: simd.splat(t_min),
+        }
+    }
+
+    /// The slots whose box the ray meets before `t_max`, as bits, and where it enters each.
+    #[inline(always)]
+    fn test(&self, s: S, node: &Node8, t_max: f32) -> (u32, S::F) {
+        let plane = |axis: usize, offset: &[S::F; 3], side: usize| {
+            let planes = s.load(&node.planes[axis][side]);
+            s.mul_sub(planes, self.reciprocal[axis], offset[axis])
+        };
+        let near = |axis: usize| plane(axis, &self.near_offset, self.enters_by_upper[axis] & 1);
+        let far = |axis: usize| plane(axis, &self.far_offset, (self.enters_by_upper[axis] & 1) ^ 1);
+        let enter = s.max(s.max(near(0), near(1)), s.max(near(2), self.t_min));
+        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
+        (s.bits(s.le(enter, leave)), enter)
+    }
+}

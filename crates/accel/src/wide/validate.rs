@@ -1,0 +1,109 @@
+//! Whether a wide tree is what it should be.
+
+use super::{Block8, ChildRef, MeshBvh, MeshView, Node8};
+use crate::{Report, Violation};
+use vastlight_math::Aabb;
+
+/// Checks that `nodes` below `root` are a tree of which every node is reached once, and that every slot's box contains
+/// the boxes below. `leaf` gives the boxes and numbers of a leaf's primitives, or none if there is no such leaf.
+///
+/// # Errors
+/// The first violation.
+pub fn validate_nodes(
+    nodes: &[Node8],
+    root: Option<ChildRef>,
+    prims: usize,
+    leaf: impl Fn(usize) -> Option<Vec<(u32, Aabb)>>,
+) -> Result<Report, Violation> {
+    let mut report = Report::default();
+    let mut times = vec![0_u32; prims];
+    let everywhere = Aabb { min: -vastlight_math::Vec3::INFINITY, max: vastlight_math::Vec3::INFINITY };
+    let mut waiting: Vec<(usize, ChildRef, Aabb)> =
+        root.map(|root| (0, root, everywhere)).into_iter().collect();
+    while let Some((parent, child, bounds)) = waiting.pop() {
+        if !child.is_leaf() {
+            report.nodes += 1;
+            if report.nodes > nodes.len() || child.index() >= nodes.len() {
+                return Err(Violation::Shape {
+                    node: parent,
+                    what: "has children that are no nodes of a tree",
+                });
+            }
+            push_children(&nodes[child.index()], child.index(), &bounds, parent, &mut waiting)?;
+            continue;
+        }
+        let Some(found) = leaf(child.index()) else {
+            return Err(Violation::Shape { node: parent, what: "has a leaf that does not exist" });
+        };
+        report.leaves += 1;
+        report.references += found.len();
+        report.largest_leaf = report.largest_leaf.max(found.len());
+        for (prim, own) in found {
+            if !bounds.contains(&own) {
+                return Err(Violation::Box { node: parent, below: format!("primitive {prim}") });
+            }
+            match times.get_mut(prim as usize) {
+                Some(times) => *times += 1,
+                None => {
+                    return Err(Violation::Shape {
+                        node: parent,
+                        what: "names a primitive that does not exist",
+                    });
+                }
+            }
+        }
+    }
+    if report.nodes != nodes.len() {
+        return Err(Violation::Shape { node: report.nodes, what: "is not reached" });
+    }
+    match times.iter().position(|&t| t != 1) {
+        Some(prim) => Err(Violation::Coverage { prim, times: times[prim] }),
+        None => Ok(report),
+    }
+}
+
+fn push_children(
+    node: &Node8,
+    index: usize,
+    bounds: &Aabb,
+    parent: usize,
+    waiting: &mut Vec<(usize, ChildRef, Aabb)>,
+) -> Result<(), Violation> {
+    for slot in 0..8 {
+        let (child, own) = (node.children[slot], node.bounds(slot));
+        if child == ChildRef::NONE {
+            if !own.is_empty() {
+                return Err(Violation::Shape { node: index, what: "has a box without child" });
+            }
+            continue;
+        }
+        if !bounds.contains(&own) {
+            return Err(Violation::Box { node: parent, below: format!("node {index}") });
+        }
+        waiting.push((index, child, own));
+    }
+    Ok(())
+}
+
+impl MeshBvh {
+    /// Checks the tree, and that its blocks hold exactly the mesh's triangles, scaled.
+    ///
+    /// # Errors
+    /// The first violation.
+    pub fn validate(&self, mesh: &MeshView<'_>) -> Result<Report, Violation> {
+        for (index, block) in self.blocks.iter().enumerate() {
+            for lane in (0..8).filter(|&lane| block.prims[lane] != Block8::NO_PRIM) {
+                let prim = block.prims[lane];
+                let exists = (prim as usize) < mesh.triangles.len();
+                if !exists || block.triangle(lane) != mesh.corners(prim).map(|p| p * self.scale) {
+                    return Err(Violation::Shape { node: index, what: "is a block with a wrong triangle" });
+                }
+            }
+        }
+        validate_nodes(&self.nodes, self.root, mesh.triangles.len(), |leaf| {
+            let block = self.blocks.get(leaf)?;
+            let used = (0..8).filter(|&lane| block.prims[lane] != Block8::NO_PRIM);
+            Some(used.map(|l| (block.prims[l], Aabb::from_points(block.triangle(l)))).collect())
+        })
+    }
+}

@@ -1,0 +1,90 @@
+//! Placed meshes: the map from world rays to the mesh's space, and boxes in the world.
+
+use vastlight_accel::wide::MeshBvh;
+use vastlight_math::glam::{DAffine3, DMat3, DVec3};
+use vastlight_math::{Aabb, Affine3, Vec3};
+
+/// An instance as rays see it, 56 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placed {
+    /// Rows of the map from the world to the mesh's scaled space.
+    rows: [[f32; 4]; 3],
+    /// Index of the mesh's structure.
+    pub(crate) mesh: u32,
+    identity: bool,
+}
+
+/// The box of an instance in the world, and how much its map spreads rounding.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Footprint {
+    /// Contains everything that rays can hit, with a margin for rounding that does not depend on the ray.
+    pub(crate) bounds: Aabb,
+    /// Factor between rounding errors in the world and those after the way to the mesh's space and back.
+    pub(crate) spread: f32,
+}
+
+impl Placed {
+    pub(crate) fn new(world_from_object: &Affine3, mesh: u32, scale: f32) -> Self {
+        let inverse = widen(world_from_object).inverse();
+        let (linear, offset) = (inverse.matrix3, inverse.translation);
+        let scale = f64::from(scale);
+        let rows = std::array::from_fn(|r| {
+            let row = linear.row(r);
+            [row.x, row.y, row.z, offset[r]].map(|x| (x * scale) as f32)
+        });
+        let identity = rows == [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
+        Self { rows, mesh, identity }
+    }
+
+    /// Origin and direction of a world ray in the mesh's scaled space.
+    #[inline(always)]
+    pub(crate) fn to_mesh(&self, origin: Vec3, direction: Vec3) -> (Vec3, Vec3) {
+        if self.identity {
+            return (origin, direction);
+        }
+        let linear = |v: Vec3, [x, y, z, _]: [f32; 4]| x * v.x + y * v.y + z * v.z;
+        let point = self.rows.map(|row| linear(origin, row) + row[3]);
+        (Vec3::from(point), Vec3::from(self.rows.map(|row| linear(direction, row))))
+    }
+}
+
+impl Footprint {
+    /// Half a unit in the last place of 1.
+    const EPSILON: f64 = 1.0 / 16_777_216.0;
+    /// Beyond this spread, a map is so close to singular that box tests may lose hits of no meaning.
+    const MAX_SPREAD: f64 = 16_384.0;
+
+    /// The footprint of `mesh` placed by `world_from_object`; an empty box for an empty mesh.
+    pub(crate) fn new(world_from_object: &Affine3, mesh: &MeshBvh) -> Self {
+        if mesh.root.is_none() {
+            return Self { bounds: Aabb::EMPTY, spread: 1.0 };
+        }
+        let map = widen(world_from_object);
+        let absolute = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+        let (there, back) = (absolute(map.matrix3), absolute(map.matrix3.inverse()));
+        let norm = |m: DMat3| (m * DVec3::ONE).max_element();
+        let spread = norm(there * back).clamp(1.0, Self::MAX_SPREAD);
+        let scale = 1.0 / f64::from(mesh.scale);
+        let (min, max) = (mesh.bounds.min.as_dvec3() * scale, mesh.bounds.max.as_dvec3() * scale);
+        let center = map.transform_point3((min + max) * 0.5);
+        let reach = there * ((max - min) * 0.5);
+        let sources =
+            spread * map.translation.abs().max_element() + norm(there) * f64::from(mesh.extent) * scale;
+        let margin = DVec3::splat(48.0 * Self::EPSILON * sources);
+        let bounds = Aabb {
+            min: (center - reach - margin).to_array().map(round_down).into(),
+            max: (center + reach + margin).to_array().map(|x| -round_down(-x)).into(),
+        };
+        Self { bounds, spread: spread as f32 }
+    }
+}
+
+fn widen(map: &Affine3) -> DAffine3 {
+    DAffine3 { matrix3: map.matrix3.as_dmat3(), translation: map.translation.as_dvec3() }
+}
+
+/// The largest f32 not above `x`, or a little less.
+fn round_down(x: f64) -> f32 {
+    let nearest = x as f32;
+    if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+}

@@ -1,0 +1,183 @@
+//! A scene made traceable.
+
+use crate::instance::{Footprint, Placed};
+use crate::walk::{Closest, Occluded};
+use crate::{AcceptAll, Hit, HitFilter};
+use rayon::prelude::*;
+use std::time::{Duration, Instant};
+use vastlight_accel::build::resolve;
+use vastlight_accel::wide::{MeshBuild, MeshBvh, MeshView, TopBvh};
+use vastlight_accel::{BuildConfig, BuildError, Scratch};
+use vastlight_math::{Aabb, Ray};
+use vastlight_scene::{Mesh, Scene};
+use vastlight_simd::Level;
+
+/// How a [`Tracer`] is built and runs. Nothing here changes a hit.
+#[derive(Clone, Debug, Default)]
+pub struct TracerConfig {
+    /// Name of the builder; empty for the default.
+    pub accel: String,
+    /// Instructions to use; none for the best of the machine.
+    pub level: Option<Level>,
+}
+
+/// Why a scene cannot be traced.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TraceError {
+    /// A structure could not be built.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+}
+
+/// What building took and gave.
+#[derive(Clone, Debug, Default)]
+pub struct BuildReport {
+    /// Full name of the builder.
+    pub accel: &'static str,
+    /// Triangles in meshes that instances use, each mesh counted once.
+    pub triangles: u64,
+    /// Wall time in milliseconds.
+    pub build_ms: f64,
+    /// Nodes of the binary trees, over meshes and over instances.
+    pub nodes: u64,
+    /// References to triangles in leaves.
+    pub references: u64,
+    /// Memory of all structures, with the triangles' positions and instances.
+    pub bytes: u64,
+    /// `C(root)`, see `vastlight_accel::Quality`; an instance costs what its mesh's tree costs.
+    pub cost: f64,
+    /// Milliseconds by stage; where meshes are built side by side, their sum.
+    pub stages: Vec<(&'static str, f64)>,
+}
+
+/// Finds hits in a scene. Meshes are shared by their instances; the tracer keeps its own copy of their positions.
+#[derive(Debug)]
+pub struct Tracer {
+    pub(crate) meshes: Vec<MeshBvh>,
+    pub(crate) placed: Vec<Placed>,
+    pub(crate) top: TopBvh,
+    /// Largest absolute coordinate of the world.
+    pub(crate) extent: f32,
+    /// How much wider margins of world boxes are than those of a mesh.
+    pub(crate) margin_factor: f32,
+    level: Level,
+    report: BuildReport,
+}
+
+impl Tracer {
+    /// Builds the structures for `scene` with all threads of the current pool.
+    ///
+    /// # Errors
+    /// [`TraceError::Build`] for an unknown builder, or a mesh that is too large.
+    pub fn new(scene: &Scene, config: &TracerConfig) -> Result<Self, TraceError> {
+        let start = Instant::now();
+        let accel = resolve(&config.accel)?;
+        let level = config.level.unwrap_or_default();
+        let build = BuildConfig { level, ..BuildConfig::default() };
+        let built = build_meshes(scene, accel, &build)?;
+        let (meshes, builds): (Vec<_>, Vec<_>) = built.into_iter().unzip();
+        let meshes_done = Instant::now();
+
+        let placed: Vec<Placed> = scene
+            .instances()
+            .par_iter()
+            .map(|i| Placed::new(&i.world_from_object, i.mesh, meshes[i.mesh as usize].scale))
+            .collect();
+        let footprints: Vec<Footprint> = scene
+            .instances()
+            .par_iter()
+            .map(|i| Footprint::new(&i.world_from_object, &meshes[i.mesh as usize]))
+            .collect();
+        let boxes: Vec<Aabb> = footprints.iter().map(|f| f.bounds).collect();
+        let spread = footprints.iter().map(|f| f.spread).fold(1.0, f32::max);
+        let world = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
+        let costs = |i: u32| builds[placed[i as usize].mesh as usize].quality.cost;
+        let top = TopBvh::build(accel, &boxes, costs, &build, &mut Scratch::default())?;
+        let stages = sum_stages(&builds, meshes_done.elapsed());
+
+        let bytes = meshes.iter().map(MeshBvh::bytes).sum::<usize>() + top.bytes() + size_of_val(&placed[..]);
+        let report = BuildReport {
+            accel,
+            triangles: builds.iter().map(|b| b.triangles as u64).sum(),
+            build_ms: milliseconds(start.elapsed()),
+            nodes: builds.iter().map(|b| b.quality.nodes).sum::<usize>() as u64 + top.quality.nodes as u64,
+            references: builds.iter().map(|b| b.quality.references as u64).sum(),
+            bytes: bytes as u64,
+            cost: top.quality.cost,
+            stages,
+        };
+        let extent = if world.is_empty() { 0.0 } else { world.min.abs().max(world.max.abs()).max_element() };
+        Ok(Self { meshes, placed, top, extent, margin_factor: 2.0 * spread, level, report })
+    }
+
+    /// The closest hit of each ray that `filter` accepts, on the calling thread; the filter is told the ray's index in `rays`.
+    ///
+    /// Only `t >= 0` counts, whatever a ray's `t_min`. A ray that is not finite or has no direction hits nothing. Rays
+    /// without a place in `hits` are not traced.
+    pub fn closest<F: HitFilter>(&self, rays: &[Ray], filter: &F, hits: &mut [Hit]) {
+        self.level.dispatch(Closest { tracer: self, rays, filter, hits });
+    }
+
+    /// Whether each ray has a hit that `filter` accepts; otherwise as [`Tracer::closest`].
+    pub fn occluded<F: HitFilter>(&self, rays: &[Ray], filter: &F, occluded: &mut [bool]) {
+        self.level.dispatch(Occluded { tracer: self, rays, filter, occluded });
+    }
+
+    /// [`Tracer::closest`] without filter, with all threads of the current pool.
+    pub fn closest_parallel(&self, rays: &[Ray], hits: &mut [Hit]) {
+        let work = |(rays, hits): (&[Ray], &mut [Hit])| self.closest(rays, &AcceptAll, hits);
+        rays.par_chunks(PARALLEL_CHUNK).zip(hits.par_chunks_mut(PARALLEL_CHUNK)).for_each(work);
+    }
+
+    /// [`Tracer::occluded`] without filter, with all threads of the current pool.
+    pub fn occluded_parallel(&self, rays: &[Ray], occluded: &mut [bool]) {
+        let work = |(rays, occluded): (&[Ray], &mut [bool])| self.occluded(rays, &AcceptAll, occluded);
+        rays.par_chunks(PARALLEL_CHUNK).zip(occluded.par_chunks_mut(PARALLEL_CHUNK)).for_each(work);
+    }
+
+    /// What building took and gave.
+    #[must_use]
+    pub fn report(&self) -> &BuildReport {
+        &self.report
+    }
+
+    /// The instructions in use.
+    #[must_use]
+    pub fn level(&self) -> Level {
+        self.level
+    }
+}
+
+/// Rays that one thread takes at a time.
+const PARALLEL_CHUNK: usize = 4096;
+
+/// The structures of all meshes; those that no instance uses stay empty.
+fn build_meshes(
+    scene: &Scene,
+    accel: &str,
+    config: &BuildConfig,
+) -> Result<Vec<(MeshBvh, MeshBuild)>, BuildError> {
+    let mut used = vec![false; scene.meshes().len()];
+    scene.instances().iter().for_each(|i| used[i.mesh as usize] = true);
+    let build = |scratch: &mut Scratch, (mesh, used): (&Mesh, &bool)| {
+        let triangles = if *used { mesh.triangles.as_slice() } else { &[] };
+        MeshBvh::build(accel, &MeshView { positions: &mesh.positions, triangles }, config, scratch)
+    };
+    scene.meshes().par_iter().zip(&used).map_init(Scratch::default, build).collect()
+}
+
+fn sum_stages(builds: &[MeshBuild], top: Duration) -> Vec<(&'static str, f64)> {
+    let mut sums: Vec<(&'static str, f64)> = Vec::new();
+    for &(name, time) in builds.iter().flat_map(|b| &b.stages) {
+        match sums.iter_mut().find(|s| s.0 == name) {
+            Some(sum) => sum.1 += milliseconds(time),
+            None => sums.push((name, milliseconds(time))),
+        }
+    }
+    sums.push(("instances", milliseconds(top)));
+    sums
+}
+
+fn milliseconds(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}

@@ -1,0 +1,111 @@
+//! Scenes, rays and the brute-force oracle for the tests.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use vastlight_math::{Affine3, Ray, Vec3};
+use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
+use vastlight_simd::Level;
+use vastlight_trace::{AcceptAll, Hit, Tracer, TracerConfig};
+
+/// A small generator of numbers for tests: xorshift64*.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    /// The next number in [0, 1).
+    pub(crate) fn unit(&mut self) -> f32 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / 16_777_216.0
+    }
+
+    /// A point in the cube from -1 to 1.
+    pub(crate) fn point(&mut self) -> Vec3 {
+        Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
+    }
+
+    /// A number below `n`.
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        ((self.unit() * n as f32) as usize).min(n - 1)
+    }
+}
+
+/// A mesh of separate triangles.
+pub(crate) fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
+    let positions: Vec<Vec3> = triangles.into_iter().flatten().collect();
+    let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Mesh { name: "soup".into(), positions, triangles, ..Mesh::default() }
+}
+
+/// A scene of meshes, each placed by every map beside it.
+pub(crate) fn scene(meshes: Vec<(Mesh, Vec<Affine3>)>) -> Scene {
+    let mut desc = SceneDesc::default();
+    for (mesh, maps) in meshes {
+        let number = desc.meshes.len() as u32;
+        desc.meshes.push(mesh);
+        desc.instances.extend(maps.into_iter().map(|m| Instance {
+            world_from_object: m,
+            mesh: number,
+            name: 0,
+        }));
+    }
+    Scene::new(desc).expect("a valid scene")
+}
+
+/// A tracer at a level.
+pub(crate) fn tracer(scene: &Scene, level: Level) -> Tracer {
+    Tracer::new(scene, &TracerConfig { level: Some(level), ..TracerConfig::default() }).expect("built")
+}
+
+/// Closest hits of all rays.
+pub(crate) fn closest(tracer: &Tracer, rays: &[Ray]) -> Vec<Hit> {
+    let mut hits = vec![Hit::MISS; rays.len()];
+    tracer.closest(rays, &AcceptAll, &mut hits);
+    hits
+}
+
+/// Occlusion of all rays.
+pub(crate) fn occluded(tracer: &Tracer, rays: &[Ray]) -> Vec<bool> {
+    let mut out = vec![false; rays.len()];
+    tracer.occluded(rays, &AcceptAll, &mut out);
+    out
+}
+
+/// Hits by brute force: every triangle of every instance is a scene of its own, so no tree is involved, and the closest of
+/// all answers counts.
+pub(crate) struct BruteForce {
+    /// One tracer a triangle: (instance, triangle, tracer).
+    single: Vec<(u32, u32, Tracer)>,
+}
+
+impl BruteForce {
+    /// The oracle for a scene. The corner with the mesh's largest coordinate is part of no triangle but sets the
+    /// lattice, as in the whole mesh; positions are on it already.
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let mut single = Vec::new();
+        for (number, instance) in scene.instances().iter().enumerate() {
+            let mesh = &scene.meshes()[instance.mesh as usize];
+            for prim in 0..mesh.triangles.len() as u32 {
+                let mut one = Mesh { positions: mesh.positions.clone(), ..Mesh::default() };
+                one.triangles.push(mesh.triangles[prim as usize]);
+                let scene = self::scene(vec![(one, vec![instance.world_from_object])]);
+                if !scene.instances().is_empty() {
+                    single.push((number as u32, prim, tracer(&scene, Level::PORTABLE)));
+                }
+            }
+        }
+        Self { single }
+    }
+
+    /// The closest hit.
+    pub(crate) fn closest(&self, ray: &Ray) -> Hit {
+        let mut best = Hit::MISS;
+        for (instance, prim, tracer) in &self.single {
+            let found = closest(tracer, std::slice::from_ref(ray))[0];
+            let before = (found.t, *instance, *prim) < (best.t, best.instance, best.prim);
+            if found.is_hit() && before {
+                best = Hit { instance: *instance, prim: *prim, ..found };
+            }
+        }
+        best
+    }
+}
