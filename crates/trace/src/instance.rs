@@ -38,7 +38,7 @@ impl Placed {
 
     /// Origin and direction of a world ray in the mesh's scaled space.
     #[inline(always)]
-    pub(crate) fn to_mesh(&self, origin: Vec3, direction: Vec3) -> (Vec3, Vec3) {
+    pub(crate) fn map_ray(&self, origin: Vec3, direction: Vec3) -> (Vec3, Vec3) {
         if self.identity {
             return (origin, direction);
         }

@@ -108,7 +108,7 @@ impl<S: Simd8, F: HitFilter, const ANY: bool> Leaves<S> for Instances<'_, F, ANY
     fn visit(&mut self, simd: S, leaf: usize, t_max: &mut f32) -> bool {
         let placed = &self.tracer.placed[leaf];
         let mesh = &self.tracer.meshes[placed.mesh as usize];
-        let (origin, direction) = placed.to_mesh(self.ray.origin, self.ray.direction);
+        let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
         let (Some(root), Some(ray)) = (mesh.root, scaled.for_triangles(mesh.extent)) else { return false };
         let mut triangles = Triangles::<F, ANY> {
