@@ -2,6 +2,7 @@
 
 pub mod bsdf;
 mod camera;
+pub mod light;
 mod material;
 mod pixel_filter;
 mod sample;
@@ -10,6 +11,7 @@ mod texture;
 
 pub use bsdf::{Bsdf, BsdfParams, BsdfSample};
 pub use camera::{CameraRandom, CameraRays};
+pub use light::{LightSample, Lights, LightsReport};
 pub use material::{Evaluated, MaterialTable, ShadingPoint, UV_SETS};
 pub use pixel_filter::{FilterSampler, PixelFilter};
 pub use sample::{RenderStats, Sample, SampleSink};
