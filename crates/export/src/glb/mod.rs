@@ -1,0 +1,93 @@
+//! GLB (glTF 2.0 in one file): the JSON chunk first, then the vertex data, mesh by mesh.
+
+mod document;
+mod layout;
+mod material;
+mod number;
+
+use crate::target::Target;
+use crate::{ExportError, png};
+use document::Document;
+use layout::{Layout, Primitive};
+use std::path::Path;
+use vastlight_scene::{Diagnostics, Mesh, Scene};
+
+/// A GLB's length is a 32-bit number.
+const LIMIT: u64 = u32::MAX as u64;
+const HINT: &str = "write .ply, or ask for fewer triangles";
+
+pub(crate) fn write(scene: &Scene, path: &Path, lost: &mut Diagnostics) -> Result<(), ExportError> {
+    let images = encode_images(scene, lost)?;
+    let layout = Layout::new(scene, &images);
+    refuse_if_beyond(path, layout.bytes)?;
+    let mut file = Target::create(path)?;
+    file.put(b"glTF\x02\0\0\0\0\0\0\0\0\0\0\0JSON")?;
+    Document { scene, layout: &layout }.write(&mut file, lost)?;
+    file.pad(b' ')?;
+    let json_bytes = file.written() - 20;
+    refuse_if_beyond(path, file.written() + 8 + layout.bytes)?;
+    file.put(&(layout.bytes as u32).to_le_bytes())?;
+    file.put(b"BIN\0")?;
+    for (mesh, primitives) in scene.meshes().iter().zip(&layout.primitives) {
+        write_mesh(&mut file, mesh, primitives)?;
+    }
+    for image in &images {
+        file.put(image)?;
+        file.pad(0)?;
+    }
+    let total = file.written();
+    file.patch(8, &(total as u32).to_le_bytes())?;
+    file.patch(12, &(json_bytes as u32).to_le_bytes())?;
+    file.finish()
+}
+
+fn refuse_if_beyond(path: &Path, bytes: u64) -> Result<(), ExportError> {
+    if bytes <= LIMIT {
+        return Ok(());
+    }
+    let what = format!("the scene needs {bytes} bytes, a GLB ends at 4 GiB");
+    Err(ExportError::too_large(path, what, HINT))
+}
+
+/// PNG bytes of every image that a texture uses; nothing for the others.
+fn encode_images(scene: &Scene, lost: &mut Diagnostics) -> Result<Vec<Vec<u8>>, ExportError> {
+    let used = |i: usize| scene.textures().iter().any(|t| t.image as usize == i);
+    let encode = |(i, image)| if used(i) { png::encode(image, lost) } else { Ok(Vec::new()) };
+    scene.images().iter().enumerate().map(encode).collect()
+}
+
+/// Attribute by attribute, then the indices of each primitive counted from its first vertex.
+fn write_mesh(file: &mut Target, mesh: &Mesh, primitives: &[Primitive]) -> Result<(), ExportError> {
+    file.put(bytemuck::cast_slice(&mesh.positions))?;
+    file.put(bytemuck::cast_slice(&mesh.normals))?;
+    file.put(bytemuck::cast_slice(&mesh.tangents))?;
+    for set in &mesh.uvs {
+        file.put(bytemuck::cast_slice(set))?;
+    }
+    file.put(bytemuck::cast_slice(&mesh.colors))?;
+    for primitive in primitives {
+        let triangles = &mesh.triangles[primitive.triangles.clone()];
+        for index in triangles.iter().flatten().map(|i| i - primitive.first_vertex) {
+            if primitive.short_indices {
+                file.put(&(index as u16).to_le_bytes())?;
+            } else {
+                file.put(&index.to_le_bytes())?;
+            }
+        }
+        file.pad(0)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_beyond_four_gibibytes_is_refused() {
+        let path = Path::new("big.glb");
+        assert!(refuse_if_beyond(path, LIMIT).is_ok());
+        let error = refuse_if_beyond(path, LIMIT + 1).expect_err("too large");
+        assert!(error.to_string().contains("4 GiB"), "{error}");
+    }
+}

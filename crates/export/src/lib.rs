@@ -1,0 +1,46 @@
+//! Scenes to files, one file a format: GLB, PLY, OBJ.
+//!
+//! [`write`] chooses the format by the extension, streams to a file beside the target and renames it at the end. The
+//! same scene gives the same bytes. What a format cannot hold is named in the [`Diagnostics`] that are returned:
+//!
+//! | | GLB | OBJ + MTL | PLY |
+//! |---|---|---|---|
+//! | meshes, instances | yes; instances are nodes | flattened to world space | one mesh in world space |
+//! | normals, uvs | yes | yes (the first uv set) | yes (the first uv set) |
+//! | vertex colours | yes | after the coordinates | 8 bits sRGB, times the material's colour |
+//! | materials | yes, with KHR extensions | colours, roughness, metal, glass, textures | colour only |
+//! | cameras, lights | yes, without lens and profile | no | no |
+//! | sky, environment map | a procedural sky in `extras` | no | no |
+
+mod error;
+mod flatten;
+mod glb;
+mod obj;
+mod ply;
+mod png;
+mod target;
+
+pub use error::ExportError;
+
+use std::path::Path;
+use vastlight_scene::{Diagnostics, Scene};
+
+/// The extensions that [`write`] knows, without the dot.
+pub const FORMATS: [&str; 3] = ["glb", "ply", "obj"];
+
+/// Writes `scene` to `path` in the format of its extension; returns what the format could not hold.
+///
+/// # Errors
+/// The extension is none of [`FORMATS`], the scene is larger than the format allows, or the file cannot be written.
+/// The target is then left as it was.
+pub fn write(scene: &Scene, path: &Path) -> Result<Diagnostics, ExportError> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let mut lost = Diagnostics::default();
+    match extension.as_str() {
+        "glb" => glb::write(scene, path, &mut lost)?,
+        "ply" => ply::write(scene, path, &mut lost)?,
+        "obj" => obj::write(scene, path, &mut lost)?,
+        _ => return Err(ExportError::format(path)),
+    }
+    Ok(lost)
+}
