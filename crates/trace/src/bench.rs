@@ -88,7 +88,7 @@ pub fn trace(tracer: &Tracer, rays: &[Ray], occluded: bool, repeat: u32) -> Trac
         rays: rays.len() as u64,
         mrays_per_s: rays.len() as f64 / best / 1e6,
         hits: found.clone().count() as u64 + flags.iter().filter(|&&f| f).count() as u64,
-        sum_t: found.map(|h| f64::from(h.t)).sum(),
+        sum_t: found.fold(0.0, |sum, h| sum + f64::from(h.t)),
     }
 }
 

@@ -194,12 +194,16 @@ impl Kernel for Unite {
 
     #[inline(always)]
     fn run<S: Simd8>(self, simd: S) -> RunBounds {
-        let unite = |a: &_, b: &_| simd.to_array(simd.min(simd.load(a), simd.load(b)));
         RunBounds {
-            boxes: unite(&self.0.boxes, &self.1.boxes),
-            centers: unite(&self.0.centers, &self.1.centers),
+            boxes: unite(simd, &self.0.boxes, &self.1.boxes),
+            centers: unite(simd, &self.0.centers, &self.1.centers),
         }
     }
+}
+
+#[inline(always)]
+fn unite<S: Simd8>(simd: S, a: &[f32; 8], b: &[f32; 8]) -> [f32; 8] {
+    simd.to_array(simd.min(simd.load(a), simd.load(b)))
 }
 
 struct Gather<'a, H> {

@@ -104,21 +104,12 @@ impl Waiting<'_> {
             return Some(node.children[first]);
         }
         let distances = simd.to_array(distances);
-        let entry = |slot: usize| {
-            let child = node.children[slot];
-            if child.is_leaf() {
-                leaves.prefetch(simd, child.index());
-            } else if let Some(node) = nodes.get(child.index()) {
-                simd.prefetch::<_, 4>(node);
-            }
-            u64::from(distances[slot].to_bits()) << 32 | u64::from(child.0)
-        };
         let bottom = self.depth;
-        let mut nearest = entry(first);
+        let mut nearest = entry(simd, nodes, node, first, &distances, leaves);
         while hits != 0 {
             let slot = hits.trailing_zeros() as usize % 8;
             hits &= hits - 1;
-            let other = entry(slot);
+            let other = entry(simd, nodes, node, slot, &distances, leaves);
             self.insert(bottom, nearest.max(other));
             nearest = nearest.min(other);
         }
@@ -138,6 +129,25 @@ impl Waiting<'_> {
     }
 }
 
+/// The entry of a slot, whose child is asked for.
+#[inline(always)]
+fn entry<S: Simd8, L: Leaves<S>>(
+    simd: S,
+    nodes: &[Node8],
+    node: &Node8,
+    slot: usize,
+    distances: &[f32; 8],
+    leaves: &L,
+) -> Entry {
+    let child = node.children[slot];
+    if child.is_leaf() {
+        leaves.prefetch(simd, child.index());
+    } else if let Some(node) = nodes.get(child.index()) {
+        simd.prefetch::<_, 4>(node);
+    }
+    u64::from(distances[slot].to_bits()) << 32 | u64::from(child.0)
+}
+
 /// A ray's figures, spread over lanes.
 struct RayLanes<S: Simd8> {
     reciprocal: [S::F; 3],
@@ -151,9 +161,9 @@ impl<S: Simd8> RayLanes<S> {
     #[inline(always)]
     fn new(simd: S, ray: &BoxRay, t_min: f32) -> Self {
         Self {
-            reciprocal: ray.reciprocal.map(|x| simd.splat(x)),
-            near_offset: ray.near_offset.map(|x| simd.splat(x)),
-            far_offset: ray.far_offset.map(|x| simd.splat(x)),
+            reciprocal: splat3(simd, ray.reciprocal),
+            near_offset: splat3(simd, ray.near_offset),
+            far_offset: splat3(simd, ray.far_offset),
             enters_by_upper: ray.enters_by_upper.map(|side| side & 1),
             t_min: simd.splat(t_min),
         }
@@ -162,14 +172,24 @@ impl<S: Simd8> RayLanes<S> {
     /// The slots whose box the ray meets before `t_max`, as bits, and where it enters each.
     #[inline(always)]
     fn test(&self, s: S, node: &Node8, t_max: f32) -> (u32, S::F) {
-        let plane = |axis: usize, offset: &[S::F; 3], side: usize| {
-            let planes = s.load(&node.planes[axis][side]);
-            s.mul_sub(planes, self.reciprocal[axis], offset[axis])
-        };
-        let near = |axis: usize| plane(axis, &self.near_offset, self.enters_by_upper[axis] & 1);
-        let far = |axis: usize| plane(axis, &self.far_offset, (self.enters_by_upper[axis] & 1) ^ 1);
-        let enter = s.max(s.max(near(0), near(1)), s.max(near(2), self.t_min));
-        let leave = s.min(s.min(far(0), far(1)), s.min(far(2), s.splat(t_max)));
+        let (x, y, z) = (self.slab(s, node, 0), self.slab(s, node, 1), self.slab(s, node, 2));
+        let enter = s.max(s.max(x.0, y.0), s.max(z.0, self.t_min));
+        let leave = s.min(s.min(x.1, y.1), s.min(z.1, s.splat(t_max)));
         (s.bits(s.le(enter, leave)), enter)
     }
+
+    /// Where the ray enters and leaves the slabs of one axis.
+    #[inline(always)]
+    fn slab(&self, s: S, node: &Node8, axis: usize) -> (S::F, S::F) {
+        let upper = self.enters_by_upper[axis] & 1;
+        let (near, far) = (s.load(&node.planes[axis][upper]), s.load(&node.planes[axis][upper ^ 1]));
+        let reciprocal = self.reciprocal[axis];
+        let enter = s.mul_sub(near, reciprocal, self.near_offset[axis]);
+        (enter, s.mul_sub(far, reciprocal, self.far_offset[axis]))
+    }
+}
+
+#[inline(always)]
+fn splat3<S: Simd8>(simd: S, v: [f32; 3]) -> [S::F; 3] {
+    [simd.splat(v[0]), simd.splat(v[1]), simd.splat(v[2])]
 }
