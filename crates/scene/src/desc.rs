@@ -6,7 +6,7 @@ use vastlight_math::Affine3;
 /// One placement of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instance {
-    /// Object space to world space. A negative determinant turns the surface inside out.
+    /// Object space to world space. A mirrored placement (negative determinant) keeps the mesh's outside outside.
     pub world_from_object: Affine3,
     /// Index into [`SceneDesc::meshes`].
     pub mesh: u32,

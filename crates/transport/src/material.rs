@@ -138,6 +138,12 @@ impl<'s> MaterialTable<'s> {
         if m.unlit { Vec3::ZERO } else { self.color(&m.emission, point) }
     }
 
+    /// Absorption coefficient of the material's inside, 1/metre; zero for none.
+    #[must_use]
+    pub fn attenuation(&self, material: u32) -> Vec3 {
+        self.rows[material as usize].plain.attenuation
+    }
+
     /// Whether coverage may be below 1 somewhere.
     #[must_use]
     pub fn has_alpha(&self, material: u32) -> bool {

@@ -1,0 +1,44 @@
+//! Ambient occlusion: the cosine-weighted part of the hemisphere over the first surface in which nothing stands nearer
+//! than a distance. White is open; rays that leave the scene are white.
+
+use crate::vertex::Vertex;
+use crate::wavefront::{CAMERA_DIMENSIONS, PathState, Shade, ShadeInput, ShadowQueue};
+use vastlight_math::{FAR, Frame, Ray, Vec3, warp};
+use vastlight_scene::Scene;
+
+/// The ambient-occlusion shader.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AmbientOcclusion {
+    distance: f32,
+}
+
+impl AmbientOcclusion {
+    /// Looks as far as `distance`; 0 means a fifth of the scene's diagonal.
+    pub(crate) fn new(scene: &Scene, distance: f32) -> Self {
+        let diagonal = scene.bounds().size().length();
+        let distance = if distance > 0.0 { distance } else { 0.2 * diagonal };
+        Self { distance: if distance > 0.0 { distance.min(FAR) } else { FAR } }
+    }
+}
+
+impl Shade for AmbientOcclusion {
+    fn shade(&self, at: ShadeInput<'_>, path: &mut PathState, shadows: &mut ShadowQueue) -> Option<Ray> {
+        let ShadeInput { context, depth, ray, hit, sample } = at;
+        if !hit.is_hit() {
+            sample.radiance = Vec3::ONE;
+            return None;
+        }
+        let vertex = Vertex::new(context, &ray, &hit);
+        vertex.describe(context, &vertex.bsdf(context, path), &ray, &hit, sample);
+        let u = path.sampler.at_dimension(CAMERA_DIMENSIONS).next_2d();
+        let direction = Frame::from_z(vertex.facing_normal()).to_outer(warp::cosine_hemisphere(u));
+        let geometric = if vertex.outside { vertex.surface.normal } else { -vertex.surface.normal };
+        if direction.dot(geometric) <= 0.0 {
+            return None;
+        }
+        let origin = vertex.surface.origin_towards(direction);
+        let occlusion = Ray { origin, t_min: 0.0, direction, t_max: self.distance, time: ray.time };
+        shadows.push(path.slot, path.shadow_key(depth), occlusion, Vec3::ONE);
+        None
+    }
+}

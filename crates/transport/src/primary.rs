@@ -1,0 +1,28 @@
+//! The first surface under a light at the camera: shape and base colour, for looking at models without lights.
+//!
+//! Radiance is `emission + albedo * (0.2 + 0.8 |n . wo|)`, where the ray leaves the scene a neutral gradient. All
+//! values lie near 0..1 whatever the scene's own lights are.
+
+use crate::vertex::Vertex;
+use crate::wavefront::{PathState, Shade, ShadeInput, ShadowQueue};
+use vastlight_math::{Ray, Vec3};
+
+/// The primary-ray shader.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Primary;
+
+impl Shade for Primary {
+    fn shade(&self, at: ShadeInput<'_>, path: &mut PathState, _shadows: &mut ShadowQueue) -> Option<Ray> {
+        let ShadeInput { context, ray, hit, sample, .. } = at;
+        if !hit.is_hit() {
+            sample.radiance = Vec3::splat(0.35 + 0.25 * ray.direction.y.clamp(-1.0, 1.0));
+            return None;
+        }
+        let vertex = Vertex::new(context, &ray, &hit);
+        let bsdf = vertex.bsdf(context, path);
+        vertex.describe(context, &bsdf, &ray, &hit, sample);
+        let facing = vertex.facing_normal().dot(vertex.wo).max(0.0);
+        sample.radiance = vertex.emission(context) + bsdf.albedo() * (0.2 + 0.8 * facing);
+        None
+    }
+}

@@ -1,0 +1,246 @@
+//! From a hit to a surface: position with an error bound, normals, tangent, texture coordinates, colour.
+//!
+//! Positions come from barycentric coordinates in object space, whose vertices are exact, not from `origin + t *
+//! direction`: the error then does not grow with the ray's length. The bound covers the interpolation, the way to
+//! world space, and the way back that the tracer takes with the next ray, in the manner of M. Pharr, W. Jakob,
+//! G. Humphreys, "Physically Based Rendering", 4th ed., 6.8.6. Rays start at the bound's distance from the surface
+//! along the geometric normal, so that no ray meets the triangle it leaves.
+
+use crate::material::ShadingPoint;
+use vastlight_math::glam::DVec3;
+use vastlight_math::{Frame, Mat3, Vec2, Vec3, Vec4};
+use vastlight_scene::{Instance, Mesh, Scene};
+use vastlight_trace::Hit;
+
+/// Roundings between a hit and the next ray's intersection, in units of f32's epsilon times the largest coordinate on
+/// the way. Found by search (`rays_leave_their_own_triangle`) and doubled.
+const ERROR_FACTOR: f32 = 4.0 * f32::EPSILON;
+
+/// A point of a surface in world space. Normals are on the outside: the side from which the triangle's corners run
+/// counter-clockwise in its mesh. A mirrored instance keeps its outside.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// Position.
+    pub position: Vec3,
+    /// Distance along `normal` that separates a ray's origin safely from the surface.
+    pub offset: f32,
+    /// Unit geometric normal.
+    pub normal: Vec3,
+    /// Unit interpolated normal, in the half space of `normal`; equal to it on flat surfaces.
+    pub smooth_normal: Vec3,
+    /// Direction of growing `u` (unnormalised, zero if unknown), and the bitangent's sign.
+    pub tangent: Vec4,
+    /// Texture coordinates and vertex colour.
+    pub attributes: ShadingPoint,
+}
+
+impl Surface {
+    /// The surface that `hit` lies on.
+    ///
+    /// `uv_sets` are needed, the others stay zero. `tangent_uv` names the texture coordinate set that orients the
+    /// tangent where the mesh has no tangents of its own; `None` leaves the tangent zero.
+    #[must_use]
+    pub fn new(scene: &Scene, hit: &Hit, uv_sets: usize, tangent_uv: Option<u32>) -> Self {
+        let instance = &scene.instances()[hit.instance as usize];
+        let mesh = &scene.meshes()[instance.mesh as usize];
+        let corners = Corners::new(mesh, hit);
+        let points = corners.of(&mesh.positions);
+        let to_world = ToWorld::new(instance);
+        let position = instance.world_from_object.transform_point3(corners.blend(points));
+        let normal = to_world.normal(face_normal(points));
+        Self {
+            position,
+            offset: to_world.error(points, position) * normal.abs().element_sum(),
+            normal,
+            smooth_normal: smooth_normal(mesh, &corners, &to_world, normal),
+            tangent: tangent_uv.map_or(Vec4::ZERO, |set| tangent(mesh, &corners, points, set, &to_world)),
+            attributes: corners.attributes(mesh, uv_sets),
+        }
+    }
+
+    /// Where a ray towards `direction` starts: off the surface, on the side to which it goes.
+    #[inline]
+    #[must_use]
+    pub fn origin_towards(&self, direction: Vec3) -> Vec3 {
+        self.position + self.normal * self.offset.copysign(direction.dot(self.normal))
+    }
+
+    /// The frame of the interpolated normal: z outside, x along the tangent, y along the bitangent. Left-handed where
+    /// the texture is mirrored.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        if self.tangent == Vec4::ZERO {
+            return Frame::from_z(self.smooth_normal);
+        }
+        let frame = Frame::from_z_and_tangent(self.smooth_normal, self.tangent.truncate());
+        Frame { y: frame.y * self.tangent.w, ..frame }
+    }
+
+    /// The shading frame `frame`, bent as far as needed for `wo` and its mirror direction to lie on their side of the
+    /// geometric surface: no point is black because its shading normal looks away.
+    #[must_use]
+    pub fn facing(&self, frame: Frame, wo: Vec3) -> Frame {
+        if frame.z == self.normal {
+            return frame;
+        }
+        let side = 1.0_f32.copysign(wo.dot(self.normal));
+        let z = bend(frame.z * side, self.normal * side, wo) * side;
+        if z == frame.z {
+            return frame;
+        }
+        let handedness = 1.0_f32.copysign(frame.x.cross(frame.y).dot(frame.z));
+        let bent = Frame::from_z_and_tangent(z, frame.x);
+        Frame { y: bent.y * handedness, ..bent }
+    }
+}
+
+/// Texture coordinates and colour alone: all that alpha depends on.
+pub(crate) fn attributes(scene: &Scene, hit: &Hit, uv_sets: usize) -> ShadingPoint {
+    let mesh = &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize];
+    Corners::new(mesh, hit).attributes(mesh, uv_sets)
+}
+
+/// The interpolated normal in the half space of `normal`; `normal` itself where there is none.
+fn smooth_normal(mesh: &Mesh, corners: &Corners, to_world: &ToWorld, normal: Vec3) -> Vec3 {
+    if mesh.normals.is_empty() {
+        return normal;
+    }
+    let smooth = (to_world.normals * corners.blend(corners.of(&mesh.normals))).normalize_or(normal);
+    if smooth.dot(normal) < 0.0 { -smooth } else { smooth }
+}
+
+/// The corners of a hit triangle and their weights.
+struct Corners {
+    index: [usize; 3],
+    weight: [f32; 3],
+}
+
+impl Corners {
+    #[inline]
+    fn new(mesh: &Mesh, hit: &Hit) -> Self {
+        let index = mesh.triangles[hit.prim as usize].map(|i| i as usize);
+        Self { index, weight: [1.0 - hit.u - hit.v, hit.u, hit.v] }
+    }
+
+    #[inline]
+    fn of<T: Copy>(&self, values: &[T]) -> [T; 3] {
+        self.index.map(|i| values[i])
+    }
+
+    fn attributes(&self, mesh: &Mesh, uv_sets: usize) -> ShadingPoint {
+        let mut point = ShadingPoint::default();
+        for (uv, set) in point.uvs.iter_mut().take(uv_sets).zip(&mesh.uvs) {
+            if !set.is_empty() {
+                *uv = self.blend(self.of(set));
+            }
+        }
+        if !mesh.colors.is_empty() {
+            point.color = self.blend(self.of(&mesh.colors));
+        }
+        point
+    }
+
+    #[inline]
+    fn blend<T>(&self, [a, b, c]: [T; 3]) -> T
+    where
+        T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
+    {
+        a * self.weight[0] + b * self.weight[1] + c * self.weight[2]
+    }
+}
+
+/// Unit normal in object space. In double precision the edges and their products are exact, so that slivers have
+/// good normals too.
+fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    let (a, b, c): (DVec3, DVec3, DVec3) = (a.into(), b.into(), c.into());
+    (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3()
+}
+
+/// What is needed of an instance's matrix.
+struct ToWorld {
+    linear: Mat3,
+    /// The transposed inverse of `linear` up to a positive factor.
+    normals: Mat3,
+    /// 1, or -1 for a mirrored instance.
+    handedness: f32,
+    /// Largest row sum of `linear`'s absolute values, and that of its inverse's.
+    norm: f32,
+    inverse_norm: f32,
+    /// Largest absolute coordinate of the translation.
+    translation: f32,
+}
+
+impl ToWorld {
+    #[inline]
+    fn new(instance: &Instance) -> Self {
+        let map = &instance.world_from_object;
+        let linear = Mat3::from_cols(map.x_axis, map.y_axis, map.z_axis);
+        let largest = linear.x_axis.abs().max(linear.y_axis.abs()).max(linear.z_axis.abs()).max_element();
+        let (x, y, z) = (linear.x_axis / largest, linear.y_axis / largest, linear.z_axis / largest);
+        let (cx, cy, cz) = (y.cross(z), z.cross(x), x.cross(y));
+        let determinant = x.dot(cx);
+        let handedness = 1.0_f32.copysign(determinant);
+        // The rows of the inverse are the cofactor columns over the determinant.
+        let row_sum = |v: Vec3| v.abs().element_sum();
+        Self {
+            normals: Mat3::from_cols(cx * handedness, cy * handedness, cz * handedness),
+            handedness,
+            norm: (linear.x_axis.abs() + linear.y_axis.abs() + linear.z_axis.abs()).max_element(),
+            inverse_norm: row_sum(cx).max(row_sum(cy)).max(row_sum(cz)) / (determinant.abs() * largest),
+            translation: map.translation.abs().max_element(),
+            linear,
+        }
+    }
+
+    /// A normal in world space, unit.
+    #[inline]
+    fn normal(&self, normal: Vec3) -> Vec3 {
+        (self.normals * normal).normalize_or(Vec3::Z)
+    }
+
+    /// Bound of the error of a coordinate, there and back.
+    #[inline]
+    fn error(&self, [a, b, c]: [Vec3; 3], position: Vec3) -> f32 {
+        let object = a.abs().max(b.abs()).max(c.abs()).max_element();
+        let world = self.norm * object + self.translation + position.abs().max_element();
+        ERROR_FACTOR * (self.norm * self.inverse_norm).max(1.0) * world
+    }
+}
+
+/// Tangent in world space with the bitangent's sign: the mesh's own, or the direction in which `u` grows.
+fn tangent(mesh: &Mesh, corners: &Corners, points: [Vec3; 3], set: u32, to_world: &ToWorld) -> Vec4 {
+    let object = if mesh.tangents.is_empty() {
+        match mesh.uvs.get(set as usize) {
+            Some(uvs) if !uvs.is_empty() => tangent_of_uvs(points, corners.of(uvs)),
+            _ => return Vec4::ZERO,
+        }
+    } else {
+        let [a, b, c] = corners.of(&mesh.tangents);
+        corners.blend([a, b, c].map(Vec4::truncate)).extend(a.w)
+    };
+    (to_world.linear * object.truncate()).extend(object.w * to_world.handedness)
+}
+
+/// The direction of growing `u`; the bitangent points to falling `v`, glTF's "up" in a normal map.
+fn tangent_of_uvs([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3]) -> Vec4 {
+    let (e1, e2, d1, d2) = (b - a, c - a, tb - ta, tc - ta);
+    let area = d1.perp_dot(d2);
+    let sign = 1.0_f32.copysign(area);
+    ((e1 * d2.y - e2 * d1.y) * sign).extend(-sign)
+}
+
+/// The unit vector nearest to the shading normal `z` about which the mirror image of `wo` is above the surface with
+/// normal `normal` (A. Keller et al. 2017, "The iray light transport simulation and rendering system", A.3). All
+/// three point to one side: `wo . normal >= 0`.
+fn bend(z: Vec3, normal: Vec3, wo: Vec3) -> Vec3 {
+    let lift = 1e-3 - z.dot(normal);
+    let z = if lift > 0.0 { (z + normal * lift).normalize_or(normal) } else { z };
+    let mirrored = z * (2.0 * wo.dot(z)) - wo;
+    let limit = (0.9 * wo.dot(normal)).min(0.01);
+    let height = mirrored.dot(normal);
+    if height >= limit && wo.dot(z) > 0.0 {
+        return z;
+    }
+    let lifted = (mirrored + normal * (limit - height)).normalize_or(normal);
+    (wo + lifted).normalize_or(normal)
+}

@@ -1,0 +1,118 @@
+//! A path's vertex: the surface that a ray met, its material and its scattering.
+
+use crate::bsdf::Bsdf;
+use crate::material::Evaluated;
+use crate::medium::MediumStack;
+use crate::sample::Sample;
+use crate::surface::Surface;
+use crate::wavefront::{Context, PathState};
+use vastlight_math::{Frame, Ray, Vec3};
+use vastlight_trace::Hit;
+
+/// Everything about the point that a ray met, seen from where the ray came.
+pub(crate) struct Vertex {
+    pub(crate) surface: Surface,
+    pub(crate) material: u32,
+    pub(crate) evaluated: Evaluated,
+    /// Shading frame, z outside.
+    pub(crate) frame: Frame,
+    /// Unit direction back along the ray, in world space.
+    pub(crate) wo: Vec3,
+    /// Whether the ray came from the outside.
+    pub(crate) outside: bool,
+}
+
+impl Vertex {
+    pub(crate) fn new(context: &Context<'_>, ray: &Ray, hit: &Hit) -> Self {
+        let mesh = &context.scene.meshes()[context.scene.instances()[hit.instance as usize].mesh as usize];
+        let material = mesh.material_of(hit.prim);
+        let table = context.materials;
+        let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context, material));
+        let surface = Surface::new(context.scene, hit, table.uv_sets(material), tangent_uv);
+        let mut evaluated = table.evaluate(material, &surface.attributes);
+        let wo = -ray.direction;
+        let frame = surface.facing(evaluated.shading_frame(&surface.frame()), wo);
+        Self { surface, material, evaluated, frame, wo, outside: wo.dot(surface.normal) >= 0.0 }
+    }
+
+    /// Emitted radiance towards the ray.
+    pub(crate) fn emission(&self, context: &Context<'_>) -> Vec3 {
+        if self.outside || self.evaluated.unlit || context.materials.is_two_sided(self.material) {
+            self.evaluated.emission
+        } else {
+            Vec3::ZERO
+        }
+    }
+
+    /// Whether the surface bounds a volume that light can enter.
+    pub(crate) fn bounds_volume(&self) -> bool {
+        !self.evaluated.params.thin && self.evaluated.params.transmission > 0.0
+    }
+
+    /// The media on the far side of the surface for a path that is inside `media` on this side.
+    pub(crate) fn media_behind(&self, media: MediumStack) -> MediumStack {
+        match (self.bounds_volume(), self.outside) {
+            (false, _) => media,
+            (true, true) => media.entered(self.material),
+            (true, false) => media.left(self.material),
+        }
+    }
+
+    /// The scattering for `path`: with the index of refraction relative to the medium around the volume.
+    pub(crate) fn bsdf(&self, context: &Context<'_>, path: &PathState) -> Bsdf {
+        let mut params = self.evaluated.params;
+        if !self.bounds_volume() {
+            return Bsdf::new(&params);
+        }
+        let around = if self.outside { path.media } else { path.media.left(self.material) };
+        if let Some(medium) = around.current() {
+            let ior = context.scene.materials()[medium as usize].ior;
+            params.ior = if ior > 0.0 { params.ior / ior } else { params.ior };
+        }
+        Bsdf::new(&params)
+    }
+
+    /// `direction` in the shading frame, or `None` if shading normal and geometric normal disagree about its side:
+    /// light would leak through the surface, or be reflected into it.
+    #[inline]
+    pub(crate) fn local_if_consistent(&self, direction: Vec3) -> Option<Vec3> {
+        let local = self.frame.to_local(direction);
+        (local.z * direction.dot(self.surface.normal) > 0.0).then_some(local)
+    }
+
+    /// Fills in what a sample says about its first surface.
+    pub(crate) fn describe(
+        &self,
+        context: &Context<'_>,
+        bsdf: &Bsdf,
+        ray: &Ray,
+        hit: &Hit,
+        sample: &mut Sample,
+    ) {
+        *sample = Sample {
+            radiance: sample.radiance,
+            albedo: if self.evaluated.unlit { unit(self.evaluated.emission) } else { bsdf.albedo() },
+            normal: self.facing_normal(),
+            position: self.surface.position,
+            depth: context.camera.depth(ray, hit.t),
+            coverage: 1.0,
+            object: hit.instance,
+            material: self.material,
+        };
+    }
+
+    /// Shading normal on the side of the ray.
+    pub(crate) fn facing_normal(&self) -> Vec3 {
+        if self.outside { self.frame.z } else { -self.frame.z }
+    }
+}
+
+/// The texture coordinates that orient a material's tangents: those of its normal map, else the first.
+fn tangent_uv_set(context: &Context<'_>, material: u32) -> u32 {
+    let map = context.scene.materials()[material as usize].normal_map;
+    map.and_then(|m| context.scene.textures().get(m.texture as usize)).map_or(0, |t| t.uv_set)
+}
+
+fn unit(color: Vec3) -> Vec3 {
+    color.clamp(Vec3::ZERO, Vec3::ONE)
+}

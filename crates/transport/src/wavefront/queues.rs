@@ -1,0 +1,110 @@
+//! What a path carries from stage to stage, and the shadow rays of one stage.
+
+use super::Context;
+use crate::alpha::AlphaFilter;
+use crate::medium::MediumStack;
+use crate::sample::Sample;
+use vastlight_math::{Ray, Sampler, Vec3};
+use vastlight_trace::AcceptAll;
+
+/// A path in flight. Its next ray stands beside it in the wave.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PathState {
+    /// Random numbers of this pixel and sample.
+    pub(crate) sampler: Sampler,
+    /// Place in the wave's samples.
+    pub(crate) slot: u32,
+    /// Hash of pixel, sample and seed.
+    key: u32,
+    /// Product of all weights so far.
+    pub(crate) throughput: Vec3,
+    /// The last vertex, and the normal that light sampling was told there.
+    pub(crate) origin: Vec3,
+    pub(crate) normal: Vec3,
+    /// Solid-angle density with which the ray's direction was drawn; 0 where light sampling could not have found it:
+    /// from the camera, or after a perfectly specular bounce.
+    pub(crate) pdf: f32,
+    /// Product of the squared relative indices of refraction: radiance is larger inside glass, and roulette should
+    /// not take that for brightness.
+    pub(crate) eta_squared: f32,
+    /// Volumes around the path.
+    pub(crate) media: MediumStack,
+    /// Whether the path has scattered at a surface that is not perfectly specular.
+    pub(crate) scattered: bool,
+}
+
+impl PathState {
+    pub(crate) fn new(slot: u32, sampler: Sampler, key: u32) -> Self {
+        Self {
+            sampler,
+            slot,
+            key,
+            throughput: Vec3::ONE,
+            origin: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            pdf: 0.0,
+            eta_squared: 1.0,
+            media: MediumStack::EMPTY,
+            scattered: false,
+        }
+    }
+
+    /// The key of alpha decisions of this path's segment number `depth`.
+    pub(crate) fn alpha_key(&self, depth: u32) -> u32 {
+        self.key.wrapping_add(depth.wrapping_mul(0x9e37_79b9))
+    }
+
+    /// The key of alpha decisions of the shadow ray at the end of segment number `depth`.
+    pub(crate) fn shadow_key(&self, depth: u32) -> u32 {
+        self.alpha_key(depth) ^ 0x5bd1_e995
+    }
+}
+
+/// Shadow rays and what they carry if nothing blocks them.
+#[derive(Debug, Default)]
+pub(crate) struct ShadowQueue {
+    rays: Vec<Ray>,
+    carried: Vec<(u32, Vec3)>,
+    keys: Vec<u32>,
+    blocked: Vec<bool>,
+}
+
+impl ShadowQueue {
+    pub(crate) fn len(&self) -> usize {
+        self.rays.len()
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.rays.clear();
+        self.carried.clear();
+        self.keys.clear();
+    }
+
+    /// Adds `radiance` to the sample in `slot` if `ray` is free. `key` decides about blended surfaces on the way.
+    pub(crate) fn push(&mut self, slot: u32, key: u32, ray: Ray, radiance: Vec3) {
+        self.rays.push(ray);
+        self.carried.push((slot, radiance));
+        self.keys.push(key);
+    }
+
+    pub(super) fn trace(&mut self, context: &Context<'_>, samples: &mut [Sample]) {
+        self.blocked.clear();
+        self.blocked.resize(self.rays.len(), false);
+        if context.alpha.any() {
+            let filter = AlphaFilter {
+                scene: context.scene,
+                materials: context.materials,
+                index: context.alpha,
+                keys: &self.keys,
+            };
+            context.tracer.occluded(&self.rays, &filter, &mut self.blocked);
+        } else {
+            context.tracer.occluded(&self.rays, &AcceptAll, &mut self.blocked);
+        }
+        for (&(slot, radiance), &blocked) in self.carried.iter().zip(&self.blocked) {
+            if !blocked {
+                samples[slot as usize].radiance += radiance;
+            }
+        }
+    }
+}
