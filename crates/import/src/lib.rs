@@ -10,10 +10,12 @@ mod format;
 mod gltf;
 mod limits;
 mod number;
+mod obj;
 mod ply;
 mod polygon;
 mod scan;
 mod single;
+mod stl;
 mod texels;
 
 pub use environment::load_environment;
@@ -45,7 +47,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError
     match detect(path, &options.limits)? {
         SceneFormat::Gltf => gltf::load(path, options),
         SceneFormat::Ply => ply::load(path, options),
-        SceneFormat::Obj => Err(ImportError::unsupported("OBJ is not read yet", path.display().to_string())),
-        SceneFormat::Stl => Err(ImportError::unsupported("STL is not read yet", path.display().to_string())),
+        SceneFormat::Obj => obj::load(path, options),
+        SceneFormat::Stl => stl::load(path, options),
     }
 }

@@ -1,0 +1,42 @@
+//! Wavefront OBJ with MTL: one streaming pass, then a mesh for each object.
+//!
+//! Objects (`o`) become meshes with their names. A file without objects, but with a moderate number of groups (`g`),
+//! gets a mesh for each group; with hundreds of small groups it stays one mesh, because rays are faster in one mesh
+//! than in many that overlap. Materials stay apart in every case. `docs/formats.md` says how MTL is understood.
+
+mod builder;
+mod closed;
+mod material;
+mod mtl;
+mod normals;
+mod parse;
+mod split;
+mod textures;
+
+use crate::{ImportError, LoadOptions};
+use material::Library;
+use std::path::Path;
+use vastlight_math::Affine3;
+use vastlight_scene::{Diagnostics, Instance, SceneDesc};
+
+/// Reads an OBJ file and the material libraries it names.
+pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
+    let mut diagnostics = Diagnostics::default();
+    let source = crate::scan::Source::open(path, &options.limits)?;
+    let parsed = parse::parse(source, &options.limits, &mut diagnostics)?;
+    let stem = path.file_stem().map_or_else(|| "mesh".to_owned(), |s| s.to_string_lossy().into_owned());
+    let library = Library::load(&parsed.libraries, path, &options.limits, &mut diagnostics);
+    let closed = closed::closed_materials(&parsed, &library.glass(&parsed.materials));
+    let meshes = split::into_meshes(parsed.mesh, &parsed.runs, &parsed.names, &stem);
+    let mut desc = SceneDesc { meshes, diagnostics, ..SceneDesc::default() };
+    library.fill(&parsed.materials, &closed, options, &mut desc);
+    for (i, mesh) in desc.meshes.iter().enumerate() {
+        desc.names.push(mesh.name.clone());
+        let id = i as u32;
+        desc.instances.push(Instance { world_from_object: Affine3::IDENTITY, mesh: id, name: id });
+    }
+    Ok(desc)
+}
+
+#[cfg(test)]
+mod tests;

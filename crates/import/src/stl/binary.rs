@@ -1,0 +1,101 @@
+//! Binary STL: a header of 80 bytes, a count, and 50 bytes a facet; with the two conventions for colours.
+
+use super::weld::Welder;
+use super::{FACET_BYTES, HEADER_BYTES};
+use crate::environment::linear;
+use crate::scan::Source;
+use crate::{ImportError, Limits};
+use std::io::Read;
+use vastlight_math::{Vec3, Vec4};
+use vastlight_scene::Mesh;
+
+/// Colours are used only where at least one facet has one.
+const NO_COLOR: u16 = 0;
+/// Bit that marks a valid colour after [`Convention::normalized`].
+const VALID: u16 = 0x8000;
+
+/// What the two bytes after a facet mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Convention {
+    /// VisCAM, SolidView: valid if bit 15 is set; blue in the low bits.
+    VisCam,
+    /// Materialise Magics: `COLOR=` in the header holds the default; valid if bit 15 is clear; red in the low bits.
+    Magics(Vec4),
+}
+
+impl Convention {
+    fn of(header: &[u8]) -> Self {
+        let start = header.windows(6).position(|w| w == b"COLOR=").map(|at| at + 6);
+        match start.and_then(|at| header.get(at..at + 4)) {
+            Some(rgba) => {
+                let [r, g, b, a] = [0, 1, 2, 3].map(|i| f32::from(rgba[i]) / 255.0);
+                Self::Magics(Vec4::new(linear(r), linear(g), linear(b), a))
+            }
+            None => Self::VisCam,
+        }
+    }
+
+    /// VisCAM's layout, or [`NO_COLOR`].
+    fn normalized(self, attribute: u16) -> u16 {
+        match self {
+            Self::VisCam if attribute & VALID != 0 => attribute,
+            Self::Magics(_) if attribute & VALID == 0 => {
+                let (r, g, b) = (attribute & 31, (attribute >> 5) & 31, (attribute >> 10) & 31);
+                VALID | (r << 10) | (g << 5) | b
+            }
+            _ => NO_COLOR,
+        }
+    }
+
+    fn color(self, tag: u16) -> Vec4 {
+        if tag == NO_COLOR {
+            return match self {
+                Self::VisCam => Vec4::ONE,
+                Self::Magics(default) => default,
+            };
+        }
+        let channel = |shift: u32| linear(f32::from((tag >> shift) & 31) / 31.0);
+        Vec4::new(channel(10), channel(5), channel(0), 1.0)
+    }
+}
+
+pub(super) fn read<R: Read>(
+    mut source: Source<R>,
+    file_bytes: u64,
+    limits: &Limits,
+) -> Result<Mesh, ImportError> {
+    let header = source.take(HEADER_BYTES)?.map(Convention::of);
+    let count = source.take(4)?.and_then(|b| b.first_chunk::<4>()).map(|&c| u32::from_le_bytes(c));
+    let (Some(convention), Some(count)) = (header, count) else {
+        return Err(source.byte_error("the file is too short for an STL header"));
+    };
+    let present = file_bytes.saturating_sub(HEADER_BYTES as u64 + 4) / FACET_BYTES;
+    if u64::from(count) > present {
+        let what = format!("the header promises {count} triangles, the file has room for {present}");
+        return Err(source.byte_error(what));
+    }
+    limits.check_count(u64::from(count), limits.triangles, "triangles", source.file())?;
+    let mut welder = Welder::new();
+    let mut triangles = Vec::with_capacity(count as usize);
+    for _ in 0..count {
+        let Some(facet) = source.take(FACET_BYTES as usize)? else {
+            return Err(source.byte_error("the file ends within a triangle"));
+        };
+        triangles.push(parse_facet(facet, convention, &mut welder));
+    }
+    let colored = matches!(convention, Convention::Magics(_)) || welder.tags.iter().any(|&t| t != NO_COLOR);
+    let colors =
+        if colored { welder.tags.iter().map(|&t| convention.color(t)).collect() } else { Vec::new() };
+    Ok(Mesh { positions: welder.positions, triangles, colors, ..Mesh::default() })
+}
+
+#[inline]
+fn parse_facet(facet: &[u8], convention: Convention, welder: &mut Welder) -> [u32; 3] {
+    let (words, rest) = facet.as_chunks::<4>();
+    let tag = rest.first_chunk::<2>().map_or(NO_COLOR, |&b| convention.normalized(u16::from_le_bytes(b)));
+    // The first three numbers are the normal.
+    [3, 6, 9].map(|first| {
+        let [x, y, z] = [0, 1, 2].map(|i| f32::from_le_bytes(words[first + i]));
+        welder.vertex(Vec3::new(x, y, z), tag)
+    })
+}

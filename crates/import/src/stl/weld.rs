@@ -1,0 +1,74 @@
+//! Shares vertices with equal coordinates.
+
+use vastlight_math::Vec3;
+
+const EMPTY: u32 = u32::MAX;
+
+/// Slots that are tried for a vertex; beyond this it is no longer shared, so that no file makes this slow.
+const MAX_PROBES: usize = 64;
+
+/// An open-addressing table over vertices.
+#[derive(Debug)]
+pub(super) struct Welder {
+    slots: Vec<u32>,
+    pub(super) positions: Vec<Vec3>,
+    /// A tag for each vertex (its colour); vertices with different tags stay apart.
+    pub(super) tags: Vec<u16>,
+}
+
+impl Welder {
+    pub(super) fn new() -> Self {
+        Self { slots: vec![EMPTY; 1024], positions: Vec::new(), tags: Vec::new() }
+    }
+
+    /// The number of the vertex at `position` with `tag`.
+    #[inline]
+    pub(super) fn vertex(&mut self, position: Vec3, tag: u16) -> u32 {
+        if self.positions.len() * 2 >= self.slots.len() {
+            self.grow();
+        }
+        // Minus zero is zero.
+        let position = position + Vec3::ZERO;
+        let mask = self.slots.len() - 1;
+        let first = hash(position, tag);
+        for probe in 0..MAX_PROBES {
+            let slot = (first + probe) & mask;
+            let vertex = self.slots[slot];
+            if vertex == EMPTY {
+                self.slots[slot] = self.positions.len() as u32;
+                break;
+            }
+            if self.is(vertex, position, tag) {
+                return vertex;
+            }
+        }
+        self.positions.push(position);
+        self.tags.push(tag);
+        self.positions.len() as u32 - 1
+    }
+
+    fn is(&self, vertex: u32, position: Vec3, tag: u16) -> bool {
+        let bits = |p: Vec3| p.to_array().map(f32::to_bits);
+        bits(self.positions[vertex as usize]) == bits(position) && self.tags[vertex as usize] == tag
+    }
+
+    fn grow(&mut self) {
+        let mask = self.slots.len() * 4 - 1;
+        self.slots.clear();
+        self.slots.resize(mask + 1, EMPTY);
+        for (vertex, (&position, &tag)) in self.positions.iter().zip(&self.tags).enumerate() {
+            let first = hash(position, tag);
+            let free = (0..MAX_PROBES).map(|probe| (first + probe) & mask).find(|&s| self.slots[s] == EMPTY);
+            if let Some(slot) = free {
+                self.slots[slot] = vertex as u32;
+            }
+        }
+    }
+}
+
+fn hash(position: Vec3, tag: u16) -> usize {
+    let [x, y, z] = position.to_array().map(|c| u64::from(c.to_bits()));
+    let mut h = (x ^ (y << 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    h = (h ^ (h >> 29) ^ z ^ (u64::from(tag) << 40)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    (h ^ (h >> 32)) as usize
+}
