@@ -1,1 +1,44 @@
 //! The facade: open a scene, render it, trace arrays of rays.
+//!
+//! ```no_run
+//! use std::sync::atomic::AtomicBool;
+//! use vastlight::{CameraChoice, Control, LoadOptions, RenderRequest, load, render};
+//! use vastlight::transport::RenderSettings;
+//!
+//! let scene = load("demo:cornell", &LoadOptions::default())?;
+//! let camera = CameraChoice::default().resolve(&scene)?;
+//! let request = RenderRequest::new(RenderSettings::new(camera, 256, 256), 16);
+//! let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+//! let picture = render(&scene, &request, &control)?.develop();
+//! vastlight::film::write_exr("cornell.exr".as_ref(), &picture)?;
+//! # Ok::<(), vastlight::Error>(())
+//! ```
+
+mod camera;
+mod environment;
+mod error;
+mod ids;
+mod load;
+mod memory;
+mod overrides;
+mod passes;
+mod render;
+mod stats;
+
+pub use camera::CameraChoice;
+pub use error::{Error, ErrorClass};
+pub use load::{LoadOptions, describe, load};
+pub use memory::{MemoryEstimate, default_budget_bytes, human_bytes, parse_bytes, peak_rss_bytes};
+pub use overrides::Overrides;
+pub use render::{Control, Progress, RenderRequest, Rendered, render};
+pub use stats::{Ending, SceneCounts, Stats};
+
+pub use vastlight_accel as accel;
+pub use vastlight_export as export;
+pub use vastlight_film as film;
+pub use vastlight_import as import;
+pub use vastlight_math as math;
+pub use vastlight_scene as scene;
+pub use vastlight_simd as simd;
+pub use vastlight_trace as trace;
+pub use vastlight_transport as transport;

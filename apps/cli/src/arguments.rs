@@ -1,0 +1,132 @@
+//! The command line.
+
+use crate::commands::{bench, diff, generate, info, render, validate};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use vastlight::{Error, ErrorClass, parse_bytes};
+
+/// A path tracer for scenes of any size
+///
+/// SCENE is a glTF/GLB, OBJ, PLY or STL file, or demo:NAME. Progress and messages go to stderr, results to stdout.
+///
+/// Exit codes: 0 done (also at the time limit), 2 usage, 3 scene or input, 4 memory budget, 5 device, 6 output, 7
+/// non-finite samples under --strict, 130 interrupted.
+#[derive(Parser, Debug)]
+#[command(name = "vastlight", version, propagate_version = true)]
+pub(crate) struct Cli {
+    #[command(flatten)]
+    pub(crate) common: Common,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+pub(crate) enum Command {
+    /// Render a picture of a scene
+    #[command(visible_alias = "r")]
+    Render(Box<render::Render>),
+    Info(info::Info),
+    Validate(validate::Validate),
+    Generate(generate::Generate),
+    Diff(diff::Diff),
+    /// List every device, and why one is not usable
+    Devices,
+    Bench(bench::Bench),
+}
+
+/// Flags of every command.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Common options")]
+pub(crate) struct Common {
+    /// Threads; the picture does not depend on it [default: all processors]
+    #[arg(short, long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Memory budget, such as 8GiB. Work whose estimate is larger is refused before it starts; scenes larger than the
+    /// budget come with a later version [default: 3/4 of the machine]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes)]
+    pub(crate) memory: Option<u64>,
+    /// Device to compute on; gpu comes with a later version
+    #[arg(long, global = true, value_name = "auto|cpu|gpu[:N]", default_value = "auto", value_parser = device)]
+    pub(crate) device: Device,
+    /// More messages
+    #[arg(short, long, global = true, conflicts_with = "quiet")]
+    pub(crate) verbose: bool,
+    /// Errors only
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Device {
+    Auto,
+    Cpu,
+    Gpu,
+}
+
+fn device(text: &str) -> Result<Device, String> {
+    match text.split(':').next() {
+        Some("auto") if text == "auto" => Ok(Device::Auto),
+        Some("cpu") if text == "cpu" => Ok(Device::Cpu),
+        Some("gpu") => Ok(Device::Gpu),
+        _ => Err("known are auto, cpu and gpu".into()),
+    }
+}
+
+impl Common {
+    /// Refuses devices that are not there.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        if self.device == Device::Gpu {
+            let what = "rendering on graphics processors is not available yet";
+            return Err(Error::new(ErrorClass::Device, what, "--device gpu", "use --device cpu"));
+        }
+        Ok(())
+    }
+
+    /// A message for those who asked for more.
+    pub(crate) fn say(&self, message: impl FnOnce() -> String) {
+        if self.verbose {
+            eprintln!("{}", message());
+        }
+    }
+}
+
+/// Where a scene comes from and what is changed about it.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Scene options")]
+pub(crate) struct SceneArguments {
+    /// glTF, GLB, OBJ, PLY or STL file, or demo:NAME
+    #[arg(value_name = "SCENE")]
+    pub(crate) scene: String,
+    /// Light from a latitude-longitude map (.exr, .hdr)
+    #[arg(long, value_name = "FILE", conflicts_with = "sun")]
+    env: Option<std::path::PathBuf>,
+    /// A clear sky with the sun at azimuth (from -z towards +x) and elevation, degrees
+    #[arg(long, value_name = "AZ,EL", value_parser = crate::values::sun, allow_hyphen_values = true)]
+    sun: Option<[f32; 2]>,
+    /// Changes to materials, lights and environment by name, a TOML file (see docs/overrides.md)
+    #[arg(long = "override", value_name = "FILE")]
+    overrides: Option<std::path::PathBuf>,
+    /// Which of a glTF file's scenes, by name or number
+    #[arg(long, value_name = "NAME")]
+    file_scene: Option<String>,
+    /// Triangles of a demo scene whose size can be chosen
+    #[arg(long, value_name = "N")]
+    triangles: Option<u64>,
+}
+
+impl SceneArguments {
+    /// How the scene is opened.
+    pub(crate) fn options(&self) -> Result<vastlight::LoadOptions, Error> {
+        let mut options = vastlight::LoadOptions::default();
+        options.import.scene.clone_from(&self.file_scene);
+        options.generate.triangles = self.triangles;
+        options.environment.clone_from(&self.env);
+        options.sun = self.sun;
+        options.overrides = self.overrides.as_deref().map(vastlight::Overrides::read).transpose()?;
+        Ok(options)
+    }
+
+    /// Opens the scene.
+    pub(crate) fn load(&self) -> Result<vastlight::scene::Scene, Error> {
+        vastlight::load(&self.scene, &self.options()?)
+    }
+}

@@ -1,0 +1,46 @@
+//! `vastlight bench build SCENE`.
+
+use super::build_error;
+use crate::arguments::SceneArguments;
+use crate::exit::Exit;
+use clap::Args;
+use serde_json::json;
+use vastlight::trace::{TracerConfig, bench};
+use vastlight::{Error, peak_rss_bytes};
+
+/// Build the acceleration structure of a scene
+#[derive(Args, Debug)]
+pub(crate) struct Build {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Acceleration structure by name
+    #[arg(long, value_name = "NAME", default_value = "")]
+    accel: String,
+    /// Times it is built; the best counts
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    repeat: u32,
+}
+
+pub(crate) fn run(arguments: &Build) -> Result<Exit, Error> {
+    let scene = arguments.scene.load()?;
+    let config = TracerConfig { accel: arguments.accel.clone(), ..TracerConfig::default() };
+    let figures = bench::build(&scene, &config, arguments.repeat).map_err(|e| build_error(&e))?;
+    let stages: serde_json::Map<_, _> =
+        figures.stages.iter().map(|(name, ms)| ((*name).to_owned(), json!(ms))).collect();
+    let line = json!({
+        "bench": "build",
+        "accel": figures.accel,
+        "threads": rayon::current_num_threads(),
+        "triangles": figures.triangles,
+        "references": figures.references,
+        "nodes": figures.nodes,
+        "build_ms": figures.build_ms,
+        "mtri_per_s": figures.mtri_per_s,
+        "cost": figures.cost,
+        "bytes": figures.bytes,
+        "peak_bytes": peak_rss_bytes(),
+        "stages": stages,
+    });
+    println!("{line}");
+    Ok(Exit::Done)
+}

@@ -1,0 +1,39 @@
+//! `vastlight bench NAME`: one JSON line a result.
+
+mod build;
+mod path;
+mod trace;
+
+use crate::arguments::Common;
+use crate::exit::Exit;
+use clap::{Args, Subcommand};
+use std::time::Instant;
+use vastlight::trace::TraceError;
+use vastlight::{Error, ErrorClass};
+
+/// Measure, and print one JSON line a result
+#[derive(Args, Debug)]
+pub(crate) struct Bench {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Subcommand, Debug)]
+enum What {
+    Trace(trace::Trace),
+    Build(build::Build),
+    Path(Box<path::Path>),
+}
+
+pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<Exit, Error> {
+    match &arguments.what {
+        What::Trace(arguments) => trace::run(arguments),
+        What::Build(arguments) => build::run(arguments),
+        What::Path(arguments) => path::run(arguments, common, start),
+    }
+}
+
+/// An acceleration structure that cannot be built.
+fn build_error(error: &TraceError) -> Error {
+    Error::new(ErrorClass::Usage, error.to_string(), "--accel", "")
+}

@@ -1,0 +1,60 @@
+//! `vastlight bench path SCENE`.
+
+use crate::arguments::{Common, SceneArguments};
+use crate::commands::render::{PictureArguments, check_memory};
+use crate::exit::Exit;
+use crate::interrupt;
+use clap::Args;
+use serde_json::json;
+use std::time::Instant;
+use vastlight::{Control, Error, peak_rss_bytes};
+
+/// Render without writing: samples a second, and the time from process start to the first whole picture
+#[derive(Args, Debug)]
+pub(crate) struct Path {
+    #[command(flatten)]
+    scene: SceneArguments,
+    #[command(flatten)]
+    picture: PictureArguments,
+    /// Times it is rendered; the best rate and the first process's first picture count
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    repeat: u32,
+}
+
+pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<Exit, Error> {
+    let cancel = interrupt::flag()?;
+    let scene = arguments.scene.load()?;
+    let load_ms = start.elapsed().as_secs_f64() * 1e3;
+    let request = arguments.picture.request(&scene, Vec::new())?;
+    check_memory(&scene, &request, common)?;
+    let control = Control { cancel, progress: &|_| {} };
+    let first = vastlight::render(&scene, &request, &control)?.stats;
+    let first_image_ms = load_ms + first.build_ms + first.prepare_ms + first.first_pass_ms;
+    let mut best = first;
+    for _ in 1..arguments.repeat {
+        let stats = vastlight::render(&scene, &request, &control)?.stats;
+        if stats.msamples_per_s > best.msamples_per_s {
+            best = stats;
+        }
+    }
+    let line = json!({
+        "bench": "path",
+        "device": best.device,
+        "simd": best.simd,
+        "threads": best.threads,
+        "width": best.width,
+        "height": best.height,
+        "spp": best.spp_done,
+        "samples": best.samples,
+        "msamples_per_s": best.msamples_per_s,
+        "mrays_per_s": (best.rays + best.shadow_rays) as f64 / 1e3 / best.render_ms.max(1e-6),
+        "first_image_ms": first_image_ms,
+        "load_ms": load_ms,
+        "build_ms": best.build_ms,
+        "render_ms": best.render_ms,
+        "non_finite": best.non_finite,
+        "peak_rss_bytes": peak_rss_bytes(),
+    });
+    println!("{line}");
+    Ok(if best.ending == vastlight::Ending::Interrupted { Exit::Interrupted } else { Exit::Done })
+}

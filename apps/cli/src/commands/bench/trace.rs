@@ -1,0 +1,61 @@
+//! `vastlight bench trace SCENE --rays FILE`.
+
+use super::build_error;
+use crate::arguments::SceneArguments;
+use crate::exit::Exit;
+use clap::Args;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use vastlight::math::Ray;
+use vastlight::trace::{Tracer, TracerConfig, bench};
+use vastlight::{Error, peak_rss_bytes};
+
+/// Trace the rays of a file: closest hits, or occlusion
+#[derive(Args, Debug)]
+pub(crate) struct Trace {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Rays, eight little-endian f32 each: ox oy oz tmin dx dy dz tmax
+    #[arg(long, value_name = "FILE")]
+    rays: PathBuf,
+    /// Ask whether anything is hit, not what
+    #[arg(long)]
+    occluded: bool,
+    /// Acceleration structure by name
+    #[arg(long, value_name = "NAME", default_value = "")]
+    accel: String,
+    /// Times the rays are traced; the best counts
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    repeat: u32,
+}
+
+pub(crate) fn run(arguments: &Trace) -> Result<Exit, Error> {
+    let rays = read_rays(&arguments.rays)?;
+    let scene = arguments.scene.load()?;
+    let config = TracerConfig { accel: arguments.accel.clone(), ..TracerConfig::default() };
+    let tracer = Tracer::new(&scene, &config).map_err(|e| build_error(&e))?;
+    let figures = bench::trace(&tracer, &rays, arguments.occluded, arguments.repeat);
+    let line = json!({
+        "bench": "trace",
+        "accel": figures.accel,
+        "occluded": arguments.occluded,
+        "simd": figures.level,
+        "threads": rayon::current_num_threads(),
+        "triangles": figures.triangles,
+        "build_ms": figures.build_ms,
+        "bytes_per_triangle": figures.bytes_per_triangle,
+        "rays": figures.rays,
+        "mrays_per_s": figures.mrays_per_s,
+        "hits": figures.hits,
+        "sum_t": figures.sum_t,
+        "peak_rss_bytes": peak_rss_bytes(),
+    });
+    println!("{line}");
+    Ok(Exit::Done)
+}
+
+fn read_rays(path: &Path) -> Result<Vec<Ray>, Error> {
+    let place = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| Error::scene(e.to_string(), &place, ""))?;
+    bench::parse_rays(&bytes).map_err(|e| Error::scene(e.to_string(), &place, ""))
+}

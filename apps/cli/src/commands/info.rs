@@ -1,0 +1,144 @@
+//! `vastlight info SCENE`: what is in it, what it needs, what was ignored.
+
+use crate::arguments::{Common, SceneArguments};
+use crate::exit::Exit;
+use crate::output::stdout_error;
+use clap::Args;
+use serde_json::json;
+use std::io::Write;
+use vastlight::scene::{Camera, Environment, Projection, Scene};
+use vastlight::{Error, MemoryEstimate, SceneCounts, default_budget_bytes, human_bytes};
+
+/// Show what is in a scene, how much memory it needs, and what was ignored
+#[derive(Args, Debug)]
+pub(crate) struct Info {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// One JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// Pixels of the picture that the memory estimate is for.
+const PIXELS: u64 = 1920 * 1080;
+
+pub(crate) fn run(arguments: &Info, common: &Common) -> Result<Exit, Error> {
+    let scene = arguments.scene.load()?;
+    let estimate = MemoryEstimate::new(&scene, PIXELS, &[], rayon::current_num_threads());
+    let text = if arguments.json {
+        format!("{}\n", as_json(&arguments.scene.scene, &scene, &estimate))
+    } else {
+        as_text(&arguments.scene.scene, &scene, &estimate, common)
+    };
+    std::io::stdout().lock().write_all(text.as_bytes()).map_err(|e| stdout_error(&e))?;
+    Ok(Exit::Done)
+}
+
+fn as_json(name: &str, scene: &Scene, estimate: &MemoryEstimate) -> serde_json::Value {
+    let bounds = scene.bounds();
+    let bounds = (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]);
+    json!({
+        "scene": name,
+        "counts": SceneCounts::new(scene),
+        "bounds": bounds,
+        "environment": environment(scene),
+        "cameras": scene.cameras().iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "materials": scene.materials().iter().map(|m| &m.name).collect::<Vec<_>>(),
+        "lights": scene.lights().iter().map(|l| &l.name).collect::<Vec<_>>(),
+        "memory_bytes": {
+            "scene": estimate.scene, "structure": estimate.structure, "film_1080p": estimate.film,
+            "total": estimate.total(),
+        },
+        "findings": scene.diagnostics().items().iter().map(ToString::to_string).collect::<Vec<_>>(),
+    })
+}
+
+fn as_text(name: &str, scene: &Scene, estimate: &MemoryEstimate, common: &Common) -> String {
+    let counts = SceneCounts::new(scene);
+    let mut lines = vec![
+        name.to_owned(),
+        format!(
+            "  triangles    {} ({} with all instances)",
+            grouped(counts.unique_triangles),
+            grouped(counts.instanced_triangles)
+        ),
+        format!("  meshes       {}, instances {}", counts.meshes, counts.instances),
+        format!(
+            "  materials    {}, textures {}, images {}",
+            counts.materials,
+            counts.textures,
+            scene.images().len()
+        ),
+        format!("  lights       {}; environment: {}", counts.lights, environment(scene)),
+        format!("  emitters     {} materials", scene.materials().iter().filter(|m| m.is_emissive()).count()),
+    ];
+    lines.push(if scene.bounds().is_empty() {
+        "  bounds       empty".into()
+    } else {
+        let size = scene.bounds().size();
+        format!(
+            "  bounds       {} to {}, size {:.4} x {:.4} x {:.4}",
+            scene.bounds().min,
+            scene.bounds().max,
+            size.x,
+            size.y,
+            size.z
+        )
+    });
+    lines.extend(scene.cameras().iter().map(|c| format!("  camera       {}", camera(c))));
+    lines.push(memory_line(estimate, common));
+    lines.extend(scene.diagnostics().items().iter().map(|f| format!("  warning      {f}")));
+    lines.join("\n") + "\n"
+}
+
+fn memory_line(estimate: &MemoryEstimate, common: &Common) -> String {
+    let budget = common.memory.or_else(default_budget_bytes).map_or("unknown".into(), human_bytes);
+    format!(
+        "  memory       about {} for 1920 x 1080 (scene {}, structure {}, film {}); budget {budget}",
+        human_bytes(estimate.total()),
+        human_bytes(estimate.scene),
+        human_bytes(estimate.structure),
+        human_bytes(estimate.film),
+    )
+}
+
+fn environment(scene: &Scene) -> String {
+    match scene.environment() {
+        Environment::Constant(color) if color.max_element() <= 0.0 => "none".into(),
+        Environment::Constant(color) => format!("constant {color}"),
+        Environment::Map { image, .. } => {
+            let image = scene.images().get(*image as usize);
+            image.map_or("map".into(), |i| format!("map {} ({} x {})", i.name, i.width, i.height))
+        }
+        Environment::Sky(sky) => format!(
+            "sky, sun at azimuth {:.0} and elevation {:.0} degrees",
+            sky.sun_azimuth.to_degrees(),
+            sky.sun_elevation.to_degrees()
+        ),
+    }
+}
+
+fn camera(camera: &Camera) -> String {
+    let eye = camera.world_from_camera.translation;
+    let kind = match camera.projection {
+        Projection::Perspective { vertical_fov, lens_radius, .. } => {
+            let lens = if lens_radius > 0.0 { format!(", lens radius {lens_radius}") } else { String::new() };
+            format!("perspective {:.1} degrees{lens}", vertical_fov.to_degrees())
+        }
+        Projection::Orthographic { half_height } => format!("orthographic, height {}", 2.0 * half_height),
+    };
+    format!("{} ({kind}, at {eye})", camera.name)
+}
+
+/// `1234567` as `1 234 567`.
+fn grouped(n: u64) -> String {
+    let digits = n.to_string();
+    let mut out = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push(' ');
+        }
+        out.push(digit);
+    }
+    out
+}

@@ -1,0 +1,49 @@
+//! Flags whose work is not done yet: each is one clear error, and none is silently ignored.
+
+use clap::Args;
+use vastlight::Error;
+
+/// Flags that keep their names for later.
+#[derive(Args, Debug)]
+pub(crate) struct Later {
+    #[arg(short, long, hide = true, value_name = "A-B")]
+    frames: Option<String>,
+    #[arg(long, hide = true)]
+    noise: Option<String>,
+    #[arg(long, hide = true)]
+    checkpoint: Option<String>,
+    #[arg(long, hide = true)]
+    resume: bool,
+    #[arg(long, hide = true)]
+    passes: Option<String>,
+    #[arg(long, hide = true)]
+    denoise: bool,
+    #[arg(long, hide = true)]
+    caustics: Option<String>,
+    #[arg(long, hide = true)]
+    gpu_memory: Option<String>,
+    #[arg(long, hide = true)]
+    cache_dir: Option<String>,
+}
+
+impl Later {
+    /// Refuses what is not available yet.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let photons = self.caustics.as_deref().is_some_and(|c| c != "off");
+        let given = [
+            ("--frames", self.frames.is_some()),
+            ("--noise", self.noise.is_some()),
+            ("--checkpoint", self.checkpoint.is_some()),
+            ("--resume", self.resume),
+            ("--passes", self.passes.is_some()),
+            ("--denoise", self.denoise),
+            ("--caustics", photons),
+            ("--gpu-memory", self.gpu_memory.is_some()),
+            ("--cache-dir", self.cache_dir.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((flag, _)) => Err(Error::usage("this option is not available yet", *flag, "leave it out")),
+            None => Ok(()),
+        }
+    }
+}

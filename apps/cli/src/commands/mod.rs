@@ -1,0 +1,10 @@
+//! One file a command.
+
+pub(crate) mod bench;
+pub(crate) mod devices;
+pub(crate) mod diff;
+pub(crate) mod generate;
+pub(crate) mod info;
+pub(crate) mod later;
+pub(crate) mod render;
+pub(crate) mod validate;

@@ -1,0 +1,311 @@
+//! `vastlight render SCENE -o FILE`.
+
+use crate::arguments::{Common, SceneArguments};
+use crate::exit::Exit;
+use crate::output::{self, PictureFile};
+use crate::progress::{ProgressKind, Reporter};
+use crate::values::{self, Resolution};
+use crate::{commands::later::Later, interrupt};
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use vastlight::film::{Aov, BitDepth, PngOptions, ToneCurve};
+use vastlight::math::Vec3;
+use vastlight::scene::{Camera, Scene};
+use vastlight::trace::TracerConfig;
+use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
+use vastlight::{
+    CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, RenderRequest, Rendered, human_bytes,
+};
+
+/// The arguments of `render`.
+#[derive(Args, Debug)]
+pub(crate) struct Render {
+    #[command(flatten)]
+    scene: SceneArguments,
+    #[command(flatten)]
+    picture: PictureArguments,
+    #[command(flatten)]
+    output: OutputArguments,
+    #[command(flatten)]
+    later: Later,
+}
+
+/// What is rendered, and how long.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Picture options")]
+pub(crate) struct PictureArguments {
+    /// Size: 1920x1080, 1080p, 4k, or 50% of the default [default: 720 rows in the camera's shape, else 16:9]
+    #[arg(short, long, value_name = "SIZE", value_parser = values::resolution)]
+    pub(crate) resolution: Option<Resolution>,
+    /// Samples a pixel
+    #[arg(long, alias = "samples", value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..=1 << 22))]
+    pub(crate) spp: u32,
+    /// Longest path in segments: 1 sees emission alone, 2 adds direct light
+    #[arg(long, value_name = "N", default_value_t = 16)]
+    pub(crate) max_depth: u32,
+    /// Another seed is another noise
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u32,
+    /// How light is computed
+    #[arg(long, value_name = "NAME", default_value = "path")]
+    pub(crate) integrator: IntegratorName,
+    /// End paths at the depth limit alone
+    #[arg(long)]
+    no_russian_roulette: bool,
+    /// Only this part of the picture, pixels
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = values::crop)]
+    crop: Option<Tile>,
+    /// Pixel filter: box, triangle, gaussian, blackman-harris; a radius may follow, such as gaussian:2
+    #[arg(long, value_name = "NAME", value_parser = values::filter)]
+    filter: Option<PixelFilter>,
+    /// Camera by name, or by number from 0 [default: the first]
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// Eye and target
+    #[arg(long, value_name = "EX,EY,EZ,TX,TY,TZ", value_parser = values::look_at, allow_hyphen_values = true)]
+    look_at: Option<[Vec3; 2]>,
+    /// Full vertical angle of view, degrees
+    #[arg(long, value_name = "DEG", value_parser = values::field_of_view)]
+    fov: Option<f32>,
+    /// Stop after this time with an even picture: 90s, 10m, 1.5h
+    #[arg(long, value_name = "TIME", value_parser = values::duration)]
+    time_limit: Option<Duration>,
+    /// Acceleration structure by name
+    #[arg(long, value_name = "NAME")]
+    accel: Option<String>,
+}
+
+/// What is written, and what is shown meanwhile.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Output options")]
+struct OutputArguments {
+    /// The picture: .png (tone-mapped sRGB) or .exr (linear, with AOVs)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Auxiliary outputs in the EXR, separated by commas: albedo, normal, depth, alpha, position, object, material
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    aov: Vec<Aov>,
+    /// Exposure of the PNG in stops
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = values::finite, allow_hyphen_values = true)]
+    exposure: f32,
+    /// Tone curve of the PNG: filmic, reinhard, linear (or none)
+    #[arg(long, value_name = "NAME", default_value_t = ToneCurve::Filmic)]
+    tonemap: ToneCurve,
+    /// Bits a channel of the PNG
+    #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = clap::value_parser!(u8).range(8..=16))]
+    bit_depth: u8,
+    /// Leave out the fine pattern that hides the steps of 8-bit gradients
+    #[arg(long)]
+    no_dither: bool,
+    /// Progress on stderr
+    #[arg(long, value_name = "KIND", default_value = "auto")]
+    progress: ProgressKind,
+    /// Write what it cost as JSON
+    #[arg(long, value_name = "FILE")]
+    stats: Option<PathBuf>,
+    /// Warnings about the scene are errors (3), and so are samples that are not finite (7)
+    #[arg(long)]
+    strict: bool,
+}
+
+/// Integrators by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IntegratorName {
+    /// Global illumination
+    Path,
+    /// Direct light alone
+    Direct,
+    /// Shape and base colour
+    Primary,
+    /// Ambient occlusion
+    Ao,
+    #[value(hide = true)]
+    Whitted,
+    #[value(hide = true)]
+    PhotonCaustics,
+}
+
+impl IntegratorName {
+    fn integrator(self) -> Result<Integrator, Error> {
+        match self {
+            Self::Path => Ok(Integrator::Path),
+            Self::Direct => Ok(Integrator::Direct),
+            Self::Primary => Ok(Integrator::Primary),
+            Self::Ao => Ok(Integrator::Ao),
+            Self::Whitted | Self::PhotonCaustics => {
+                let hint = "use path, direct, primary or ao";
+                Err(Error::usage("this integrator is not available yet", "--integrator", hint))
+            }
+        }
+    }
+}
+
+impl PictureArguments {
+    /// What to render of a scene.
+    pub(crate) fn request(&self, scene: &Scene, aovs: Vec<Aov>) -> Result<RenderRequest, Error> {
+        let choice = CameraChoice { name: self.camera.clone(), look_at: self.look_at, fov: self.fov };
+        let settings = self.settings(choice.resolve(scene)?)?;
+        let tracer =
+            TracerConfig { accel: self.accel.clone().unwrap_or_default(), ..TracerConfig::default() };
+        Ok(RenderRequest { settings, spp: self.spp, aovs, time_limit: self.time_limit, tracer })
+    }
+
+    fn settings(&self, camera: Camera) -> Result<RenderSettings, Error> {
+        let (width, height) = self.resolution.unwrap_or_default().size(camera.aspect);
+        let settings = RenderSettings {
+            crop: self.crop,
+            integrator: self.integrator.integrator()?,
+            max_depth: self.max_depth,
+            russian_roulette: !self.no_russian_roulette,
+            seed: self.seed,
+            filter: self.filter.unwrap_or_default(),
+            ..RenderSettings::new(camera, width, height)
+        };
+        if settings.region().pixels() == 0 {
+            let what = format!("the crop is outside the picture of {width} x {height}");
+            return Err(Error::usage(what, "--crop", ""));
+        }
+        Ok(settings)
+    }
+}
+
+impl OutputArguments {
+    fn png_options(&self) -> Result<PngOptions, Error> {
+        let depth = match self.bit_depth {
+            8 => BitDepth::Eight,
+            16 => BitDepth::Sixteen,
+            _ => return Err(Error::usage("a PNG has 8 or 16 bits a channel", "--bit-depth", "")),
+        };
+        Ok(PngOptions { exposure: self.exposure, curve: self.tonemap, depth, dither: !self.no_dither })
+    }
+
+    /// Everything about the output that can be found out before the work.
+    fn check(&self) -> Result<(PictureFile, PngOptions), Error> {
+        let file = PictureFile::new(&self.output)?;
+        file.check_aovs(&self.aov)?;
+        if let Some(path) = &self.stats {
+            vastlight::film::check_writable(path)?;
+        }
+        Ok((file, self.png_options()?))
+    }
+}
+
+pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result<Exit, Error> {
+    arguments.later.check()?;
+    arguments.picture.integrator.integrator()?;
+    let (file, png) = arguments.output.check()?;
+    let reporter = Reporter::new(arguments.output.progress, common.quiet);
+    let cancel = interrupt::flag()?;
+
+    let scene = arguments.scene.load()?;
+    let load_ms = millis(start.elapsed());
+    show_findings(&scene, common, &reporter, arguments.output.strict)?;
+    let request = arguments.picture.request(&scene, arguments.output.aov.clone())?;
+    check_memory(&scene, &request, common)?;
+    common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.scene));
+
+    let control = Control { cancel, progress: &|p| reporter.update(p) };
+    let rendered = vastlight::render(&scene, &request, &control)?;
+    reporter.finish();
+    file.write(&rendered.develop(), &png)?;
+    if let Some(path) = &arguments.output.stats {
+        output::write_text(path, &stats_json(&rendered, load_ms, start))?;
+    }
+    conclude(arguments, common, &reporter, &file, &rendered, start)
+}
+
+/// Says what was rendered, and how it ended.
+fn conclude(
+    arguments: &Render,
+    common: &Common,
+    reporter: &Reporter,
+    file: &PictureFile,
+    rendered: &Rendered,
+    start: Instant,
+) -> Result<Exit, Error> {
+    let stats = &rendered.stats;
+    if reporter.is_json() {
+        let line = json!({"event": "done", "output": file.name(), "stats": stats});
+        eprintln!("{line}");
+    } else if !common.quiet {
+        eprintln!("{}", summary(rendered, file, start));
+    }
+    if stats.non_finite > 0 {
+        let what = format!("{} of {} samples were not finite and left out", stats.non_finite, stats.samples);
+        if arguments.output.strict {
+            return Err(Error::new(ErrorClass::NonFinite, what, file.name(), "the picture is written"));
+        }
+        warn(reporter, common, &what);
+    }
+    Ok(if stats.ending == Ending::Interrupted { Exit::Interrupted } else { Exit::Done })
+}
+
+fn summary(rendered: &Rendered, file: &PictureFile, start: Instant) -> String {
+    let stats = &rendered.stats;
+    let ending = match stats.ending {
+        Ending::Complete => "",
+        Ending::TimeLimit => ", stopped by the time limit",
+        Ending::Interrupted => ", interrupted",
+    };
+    format!(
+        "{}: {} x {}, {} of {} spp, {:.1} s ({:.2} Msamples/s, peak {}){ending}",
+        file.name(),
+        stats.width,
+        stats.height,
+        stats.spp_done,
+        stats.spp,
+        start.elapsed().as_secs_f64(),
+        stats.msamples_per_s,
+        stats.peak_rss_bytes.map_or("unknown".into(), human_bytes),
+    )
+}
+
+/// The contents of `--stats`: the render's own figures, and the times of the whole process.
+fn stats_json(rendered: &Rendered, load_ms: f64, start: Instant) -> String {
+    let stats = &rendered.stats;
+    let mut value = json!(stats);
+    value["load_ms"] = json!(load_ms);
+    value["first_image_ms"] = json!(load_ms + stats.build_ms + stats.prepare_ms + stats.first_pass_ms);
+    value["total_ms"] = json!(millis(start.elapsed()));
+    value["version"] = json!(env!("CARGO_PKG_VERSION"));
+    format!("{value:#}\n")
+}
+
+fn millis(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
+/// Warnings about the scene, the first ones in full.
+fn show_findings(scene: &Scene, common: &Common, reporter: &Reporter, strict: bool) -> Result<(), Error> {
+    const SHOWN: usize = 8;
+    let findings = scene.diagnostics().items();
+    if let (true, Some(first)) = (strict, findings.first()) {
+        return Err(Error::scene(&first.what, &first.place, "a warning, but --strict was given"));
+    }
+    let shown = if common.verbose { findings.len() } else { SHOWN };
+    findings.iter().take(shown).for_each(|f| warn(reporter, common, &f.to_string()));
+    if findings.len() > shown {
+        warn(reporter, common, &format!("{} more warnings (see vastlight validate)", findings.len() - shown));
+    }
+    Ok(())
+}
+
+fn warn(reporter: &Reporter, common: &Common, message: &str) {
+    if reporter.is_json() {
+        eprintln!("{}", json!({"event": "warning", "message": message}));
+    } else if !common.quiet {
+        eprintln!("warning: {message}");
+    }
+}
+
+/// Refuses a picture that cannot fit into the budget.
+pub(crate) fn check_memory(scene: &Scene, request: &RenderRequest, common: &Common) -> Result<(), Error> {
+    let pixels = request.settings.region().pixels();
+    let estimate = MemoryEstimate::new(scene, pixels, &request.aovs, rayon::current_num_threads());
+    match common.memory.or_else(vastlight::default_budget_bytes) {
+        Some(budget) => estimate.check(budget),
+        None => Ok(()),
+    }
+}

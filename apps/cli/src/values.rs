@@ -1,0 +1,190 @@
+//! Values of arguments: resolutions, crops, durations, directions, filters.
+
+use std::time::Duration;
+use vastlight::math::Vec3;
+use vastlight::transport::{PixelFilter, Tile};
+
+/// Picture size as it was asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Resolution {
+    /// Width and height.
+    Exact(u32, u32),
+    /// Height; the width follows from the camera's shape, or 16:9.
+    Rows(u32),
+    /// Part of the default size.
+    Scale(f32),
+}
+
+/// Rows of a picture whose size nobody asked for.
+const DEFAULT_ROWS: u32 = 720;
+/// Largest edge of a picture.
+const LARGEST_EDGE: u32 = 65_536;
+
+impl Resolution {
+    /// Width and height for a camera with the given shape.
+    pub(crate) fn size(self, aspect: Option<f32>) -> (u32, u32) {
+        let of_rows = |rows: u32| (columns(rows, aspect), rows);
+        match self {
+            Self::Exact(width, height) => (width, height),
+            Self::Rows(rows) => of_rows(rows),
+            Self::Scale(scale) => {
+                let (width, height) = of_rows(DEFAULT_ROWS);
+                let scaled = |n: u32| ((n as f32 * scale).round() as u32).clamp(1, LARGEST_EDGE);
+                (scaled(width), scaled(height))
+            }
+        }
+    }
+}
+
+fn columns(rows: u32, aspect: Option<f32>) -> u32 {
+    let aspect = aspect.filter(|a| a.is_finite() && *a > 0.0).unwrap_or(16.0 / 9.0);
+    ((rows as f32 * aspect).round() as u32).clamp(1, LARGEST_EDGE)
+}
+
+impl Default for Resolution {
+    fn default() -> Self {
+        Self::Rows(DEFAULT_ROWS)
+    }
+}
+
+/// `1920x1080`, `1080p`, `4k` or `50%`.
+pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
+    let expected = || "write 1920x1080, 1080p, 4k or 50%".to_owned();
+    let edge = |t: &str| match t.parse() {
+        Ok(n @ 1..=LARGEST_EDGE) => Ok(n),
+        Ok(_) => Err(format!("edges are 1 to {LARGEST_EDGE} pixels")),
+        Err(_) => Err(expected()),
+    };
+    if let Some((width, height)) = text.split_once('x') {
+        Ok(Resolution::Exact(edge(width)?, edge(height)?))
+    } else if let Some(rows) = text.strip_suffix('p') {
+        edge(rows).map(Resolution::Rows)
+    } else if text == "4k" {
+        Ok(Resolution::Rows(2160))
+    } else {
+        let percent: f32 = text.strip_suffix('%').and_then(|t| t.parse().ok()).ok_or_else(expected)?;
+        if percent > 0.0 && percent <= 1000.0 {
+            Ok(Resolution::Scale(percent / 100.0))
+        } else {
+            Err("between 0% and 1000%".into())
+        }
+    }
+}
+
+/// Numbers separated by commas, exactly `N`, all finite.
+fn numbers<const N: usize>(text: &str, expected: &str) -> Result<[f32; N], String> {
+    let values: Result<Vec<f32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    let values: Option<[f32; N]> = values.ok().and_then(|v| v.try_into().ok());
+    values.filter(|v| v.iter().all(|x| x.is_finite())).ok_or_else(|| format!("write {expected}"))
+}
+
+/// `x0,y0,x1,y1` in pixels, the last two exclusive.
+pub(crate) fn crop(text: &str) -> Result<Tile, String> {
+    let expected = "x0,y0,x1,y1 in pixels with x0 < x1 and y0 < y1";
+    let parts: Result<Vec<u32>, _> = text.split(',').map(|t| t.trim().parse()).collect();
+    match parts.as_deref() {
+        Ok(&[x0, y0, x1, y1]) if x0 < x1 && y0 < y1 => Ok(Tile { min: [x0, y0], max: [x1, y1] }),
+        _ => Err(format!("write {expected}")),
+    }
+}
+
+/// `ex,ey,ez,tx,ty,tz`: eye and target.
+pub(crate) fn look_at(text: &str) -> Result<[Vec3; 2], String> {
+    let [ex, ey, ez, tx, ty, tz] = numbers(text, "ex,ey,ez,tx,ty,tz: eye and target")?;
+    let (eye, target) = (Vec3::new(ex, ey, ez), Vec3::new(tx, ty, tz));
+    if eye == target { Err("eye and target are the same point".into()) } else { Ok([eye, target]) }
+}
+
+/// `azimuth,elevation` in degrees.
+pub(crate) fn sun(text: &str) -> Result<[f32; 2], String> {
+    let [azimuth, elevation] = numbers(text, "azimuth,elevation in degrees")?;
+    if (-90.0..=90.0).contains(&elevation) {
+        Ok([azimuth, elevation])
+    } else {
+        Err("the elevation is -90 to 90 degrees".into())
+    }
+}
+
+/// An angle of view in degrees.
+pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
+    let [degrees] = numbers(text, "an angle in degrees")?;
+    if degrees > 0.0 && degrees < 179.0 { Ok(degrees) } else { Err("between 0 and 179 degrees".into()) }
+}
+
+/// A finite number.
+pub(crate) fn finite(text: &str) -> Result<f32, String> {
+    numbers::<1>(text, "a number").map(|[x]| x)
+}
+
+/// `90`, `90s`, `10m`, `1.5h`, `500ms`.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    let expected = || "write 90s, 10m, 1.5h or 500ms".to_owned();
+    let digits = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+    let value: f64 = text[..digits].parse().map_err(|_| expected())?;
+    let unit = match &text[digits..] {
+        "" | "s" => 1.0,
+        "ms" => 1e-3,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(expected()),
+    };
+    Duration::try_from_secs_f64(value * unit).map_err(|_| expected())
+}
+
+/// `box`, `triangle`, `gaussian` or `blackman-harris`, with a radius in pixels after a colon if wanted.
+pub(crate) fn filter(text: &str) -> Result<PixelFilter, String> {
+    let (name, radius) = match text.split_once(':') {
+        Some((name, radius)) => (name, Some(finite(radius)?)),
+        None => (text, None),
+    };
+    if radius.is_some_and(|r| !(0.1..=16.0).contains(&r)) {
+        return Err("the radius is 0.1 to 16 pixels".into());
+    }
+    match name {
+        "box" if radius.is_none() => Ok(PixelFilter::Box),
+        "box" => Err("the box has no radius".into()),
+        "triangle" => Ok(PixelFilter::Triangle { radius: radius.unwrap_or(1.0) }),
+        "gaussian" => Ok(PixelFilter::Gaussian { radius: radius.unwrap_or(1.5) }),
+        "blackman-harris" => Ok(PixelFilter::BlackmanHarris { radius: radius.unwrap_or(1.5) }),
+        _ => Err("known are box, triangle, gaussian and blackman-harris".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn resolutions() {
+        let size = |text: &str| resolution(text).map(|r| r.size(None));
+        assert_eq!(size("640x480"), Ok((640, 480)));
+        assert_eq!(size("1080p"), Ok((1920, 1080)));
+        assert_eq!(size("50%"), Ok((640, 360)));
+        assert_eq!(resolution("1080p").map(|r| r.size(Some(1.0))), Ok((1080, 1080)));
+        for wrong in ["", "0x4", "640", "640x", "-3%", "axb", "70000x1"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn durations() {
+        assert_eq!(duration("1.5h"), Ok(Duration::from_secs(5400)));
+        assert_eq!(duration("500ms"), Ok(Duration::from_millis(500)));
+        assert!(duration("soon").is_err() && duration("5 parsecs").is_err() && duration("").is_err());
+    }
+
+    #[test]
+    fn lists_of_numbers() {
+        assert_eq!(crop("1,2,3,4"), Ok(Tile { min: [1, 2], max: [3, 4] }));
+        assert!(crop("3,2,3,4").is_err() && crop("1,2,3").is_err());
+        assert!(look_at("0,0,0,0,0,0").is_err() && look_at("0,0,1,0,0,nan").is_err());
+        assert!(sun("10,95").is_err() && sun("10,45").is_ok());
+        assert!(field_of_view("180").is_err());
+    }
+
+    #[test]
+    fn filters() {
+        assert_eq!(filter("gaussian:2"), Ok(PixelFilter::Gaussian { radius: 2.0 }));
+        assert!(filter("box:2").is_err() && filter("lanczos").is_err() && filter("triangle:99").is_err());
+    }
+}

@@ -1,0 +1,169 @@
+//! How much memory there is, how much is used, and how much a picture will need.
+
+use crate::{Error, ErrorClass};
+use std::fs;
+use vastlight_film::{Aov, FilmTile};
+use vastlight_scene::{Image, Mesh, Scene, Texels};
+
+/// What a picture of a scene needs, in bytes. An estimate, made before the work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryEstimate {
+    /// Meshes, instances and images.
+    pub scene: u64,
+    /// The acceleration structure at its largest, while it is built.
+    pub structure: u64,
+    /// Sums, developed planes and the file in memory.
+    pub film: u64,
+    /// Paths in flight on all threads.
+    pub paths: u64,
+}
+
+/// Bytes of the acceleration structure a unique triangle, the builder's working memory included.
+const STRUCTURE_BYTES_PER_TRIANGLE: u64 = 150;
+/// Bytes of the acceleration structure an instance.
+const STRUCTURE_BYTES_PER_INSTANCE: u64 = 300;
+/// Bytes of the wavefront of one thread.
+const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
+/// The process itself.
+const BASE_BYTES: u64 = 24 << 20;
+
+impl MemoryEstimate {
+    /// The estimate for `pixels` pixels with `aovs` on `threads` threads.
+    #[must_use]
+    pub fn new(scene: &Scene, pixels: u64, aovs: &[Aov], threads: usize) -> Self {
+        let instances = scene.instances().len() as u64;
+        let mesh_bytes: u64 = scene.meshes().iter().map(mesh_bytes).sum();
+        let image_bytes: u64 = scene.images().iter().map(image_bytes).sum();
+        // Sums, then up to 22 developed f32 planes twice (in the picture and in the file).
+        let film_per_pixel = FilmTile::bytes_per_pixel(aovs) as u64 + 2 * 4 * (3 + 3 * aovs.len() as u64);
+        Self {
+            scene: mesh_bytes + image_bytes + instances * size_of::<vastlight_scene::Instance>() as u64,
+            structure: scene.unique_triangles() * STRUCTURE_BYTES_PER_TRIANGLE
+                + instances * STRUCTURE_BYTES_PER_INSTANCE,
+            film: pixels * film_per_pixel,
+            paths: threads as u64 * WAVE_BYTES_PER_THREAD + BASE_BYTES,
+        }
+    }
+
+    /// The sum.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.scene + self.structure + self.film + self.paths
+    }
+
+    /// Refuses work that does not fit, before it starts.
+    ///
+    /// # Errors
+    /// If `budget` is smaller than the estimate, or than what the process has used already and will still add.
+    pub fn check(&self, budget: u64) -> Result<(), Error> {
+        let still_to_come = self.structure + self.film + self.paths - BASE_BYTES;
+        let needed = self.total().max(peak_rss_bytes().unwrap_or(0) + still_to_come);
+        if needed <= budget {
+            return Ok(());
+        }
+        let what = format!("about {} are needed, the budget is {}", human_bytes(needed), human_bytes(budget));
+        let hint = "a larger --memory, a smaller picture or fewer AOVs; out-of-core scenes come with a later version";
+        Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
+    }
+}
+
+fn mesh_bytes(mesh: &Mesh) -> u64 {
+    let uvs: usize = mesh.uvs.iter().map(|uv| size_of_val(&uv[..])).sum();
+    let bytes = size_of_val(&mesh.positions[..])
+        + size_of_val(&mesh.triangles[..])
+        + size_of_val(&mesh.normals[..])
+        + size_of_val(&mesh.tangents[..])
+        + size_of_val(&mesh.colors[..])
+        + uvs;
+    bytes as u64
+}
+
+fn image_bytes(image: &Image) -> u64 {
+    let bytes = match &image.texels {
+        Texels::U8(v) => size_of_val(&v[..]),
+        Texels::U16(v) => size_of_val(&v[..]),
+        Texels::F32(v) => size_of_val(&v[..]),
+    };
+    bytes as u64
+}
+
+/// The budget without `--memory`: three quarters of the machine, or of the control group where it is smaller. `None`
+/// where the system does not say.
+#[must_use]
+pub fn default_budget_bytes() -> Option<u64> {
+    let machine = proc_kilobytes("/proc/meminfo", "MemTotal:");
+    let group = fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|t| t.trim().parse().ok());
+    machine.into_iter().chain(group).min().map(|bytes: u64| bytes / 4 * 3)
+}
+
+/// The largest resident set that the process has had, bytes. `None` where the system does not say.
+#[must_use]
+pub fn peak_rss_bytes() -> Option<u64> {
+    proc_kilobytes("/proc/self/status", "VmHWM:")
+}
+
+/// A line `KEY  123 kB` of a file of the proc file system, in bytes.
+fn proc_kilobytes(file: &str, key: &str) -> Option<u64> {
+    let text = fs::read_to_string(file).ok()?;
+    let value = text.lines().find_map(|line| line.strip_prefix(key))?;
+    value.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kb| kb * 1024)
+}
+
+/// A number of bytes for people: `1.5 GiB`.
+#[must_use]
+pub fn human_bytes(bytes: u64) -> String {
+    const UNITS: [&str; 4] = ["KiB", "MiB", "GiB", "TiB"];
+    let mut value = bytes as f64 / 1024.0;
+    let mut unit = 0;
+    while value >= 1024.0 && unit + 1 < UNITS.len() {
+        value /= 1024.0;
+        unit += 1;
+    }
+    format!("{value:.1} {}", UNITS[unit])
+}
+
+/// Reads `8GiB`, `512MiB`, `2G`, `1000000`: binary units, with or without `iB`, or plain bytes.
+///
+/// # Errors
+/// A sentence that says what is expected.
+pub fn parse_bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let digits = text.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(text.len());
+    let expected = || format!("\"{text}\" is no size; write 8GiB, 512MiB or a number of bytes");
+    let value: f64 = text[..digits].parse().map_err(|_| expected())?;
+    let unit = match text[digits..].trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 1.0,
+        "k" | "kb" | "kib" => 1024.0,
+        "m" | "mb" | "mib" => 1024.0 * 1024.0,
+        "g" | "gb" | "gib" => 1024.0 * 1024.0 * 1024.0,
+        "t" | "tb" | "tib" => 1024.0 * 1024.0 * 1024.0 * 1024.0,
+        _ => return Err(expected()),
+    };
+    Ok((value * unit) as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_scene::SceneDesc;
+
+    #[test]
+    fn sizes_are_read_and_written() {
+        assert_eq!(parse_bytes("2GiB"), Ok(2 << 30));
+        assert_eq!(parse_bytes("1.5m"), Ok(3 << 19));
+        assert_eq!(parse_bytes("4096"), Ok(4096));
+        assert!(
+            parse_bytes("lots").is_err() && parse_bytes("2 parsecs").is_err() && parse_bytes("").is_err()
+        );
+        assert_eq!(human_bytes(3 << 29), "1.5 GiB");
+    }
+
+    #[test]
+    fn a_picture_that_cannot_fit_is_refused_and_one_that_can_is_not() {
+        let scene = Scene::new(SceneDesc::default()).expect("valid");
+        let estimate = MemoryEstimate::new(&scene, 1 << 40, &[], 1);
+        let error = estimate.check(1 << 30).expect_err("too large");
+        assert_eq!(error.class, ErrorClass::Memory);
+        assert!(MemoryEstimate::new(&scene, 1 << 10, &Aov::ALL, 1).check(1 << 40).is_ok());
+    }
+}

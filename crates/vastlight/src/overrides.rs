@@ -1,0 +1,315 @@
+//! Changes to a scene from a TOML file: materials, lights and environment by name.
+//!
+//! ```toml
+//! [materials.Wood]            # by the name in the file; "*" changes every material
+//! base_color = [0.5, 0.3, 0.2]
+//! roughness = 0.3             # a number given here replaces the texture of the same input
+//!
+//! [lights.Lamp]
+//! intensity = [50.0, 45.0, 40.0]
+//!
+//! [environment]
+//! map = "studio.hdr"          # beside this file; or color = [r, g, b], or sun = [azimuth, elevation]
+//! strength = 1.5
+//! rotation = 90.0             # degrees
+//! ```
+//!
+//! Colours are linear Rec. 709. A name or key that is not there is an error that lists what is.
+
+use crate::{Error, environment};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use vastlight_import::Limits;
+use vastlight_math::Vec3;
+use vastlight_scene::{AlphaMode, ColorInput, Environment, Light, Material, ScalarInput, SceneDesc};
+
+/// The parsed file.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Overrides {
+    /// Changes by material name; `*` stands for all.
+    #[serde(default)]
+    materials: BTreeMap<String, MaterialOverride>,
+    /// Changes by light name; `*` stands for all.
+    #[serde(default)]
+    lights: BTreeMap<String, LightOverride>,
+    /// Change of the environment.
+    environment: Option<EnvironmentOverride>,
+    /// The file's folder; maps are looked for there.
+    #[serde(skip)]
+    folder: PathBuf,
+    /// The file, for messages.
+    #[serde(skip)]
+    place: String,
+}
+
+/// New values of a material; see [`Material`] for their meaning and units.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MaterialOverride {
+    base_color: Option<[f32; 3]>,
+    alpha: Option<f32>,
+    metallic: Option<f32>,
+    roughness: Option<f32>,
+    emission: Option<[f32; 3]>,
+    ior: Option<f32>,
+    specular: Option<f32>,
+    specular_color: Option<[f32; 3]>,
+    transmission: Option<f32>,
+    thickness: Option<f32>,
+    attenuation_color: Option<[f32; 3]>,
+    attenuation_distance: Option<f32>,
+    dispersion: Option<f32>,
+    clearcoat: Option<f32>,
+    clearcoat_roughness: Option<f32>,
+    sheen_color: Option<[f32; 3]>,
+    sheen_roughness: Option<f32>,
+    anisotropy: Option<f32>,
+    iridescence: Option<f32>,
+    double_sided: Option<bool>,
+    normal_map: Option<bool>,
+}
+
+/// New values of a light.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LightOverride {
+    /// Radiant intensity (W/sr) or irradiance (W/m^2).
+    intensity: Option<[f32; 3]>,
+    /// Multiplies the intensity.
+    scale: Option<f32>,
+}
+
+/// New values of the environment.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EnvironmentOverride {
+    map: Option<PathBuf>,
+    color: Option<[f32; 3]>,
+    sun: Option<[f32; 2]>,
+    turbidity: Option<f32>,
+    strength: Option<f32>,
+    rotation: Option<f32>,
+}
+
+impl Overrides {
+    /// Reads a TOML file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is no TOML, or has keys that mean nothing.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let place = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| Error::scene(e.to_string(), &place, ""))?;
+        let mut overrides = Self::parse(&text, &place)?;
+        overrides.folder = path.parent().map(Path::to_owned).unwrap_or_default();
+        Ok(overrides)
+    }
+
+    /// Reads the text of a TOML file; `place` names it in messages.
+    ///
+    /// # Errors
+    /// If it is no TOML, or has keys that mean nothing.
+    pub fn parse(text: &str, place: &str) -> Result<Self, Error> {
+        let parsed: Self = toml::from_str(text).map_err(|e| {
+            let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
+            Error::scene(e.message().replace('\n', "; "), format!("{place}:{line}"), "")
+        })?;
+        Ok(Self { place: place.to_owned(), ..parsed })
+    }
+
+    /// Changes the scene.
+    pub(crate) fn apply(&self, desc: &mut SceneDesc, limits: &Limits) -> Result<(), Error> {
+        for (name, change) in &self.materials {
+            self.apply_by_name("material", name, &mut desc.materials, |m| &m.name, |m| change.apply(m))?;
+        }
+        for (name, change) in &self.lights {
+            self.apply_by_name("light", name, &mut desc.lights, |l| &l.name, |l| change.apply(l))?;
+        }
+        match &self.environment {
+            Some(change) => self.apply_environment(change, desc, limits),
+            None => Ok(()),
+        }
+    }
+
+    /// Applies `change` to every entry of that name.
+    fn apply_by_name<T>(
+        &self,
+        kind: &str,
+        name: &str,
+        entries: &mut [T],
+        name_of: fn(&T) -> &String,
+        change: impl Fn(&mut T),
+    ) -> Result<(), Error> {
+        let mut found = false;
+        for entry in entries.iter_mut().filter(|e| name == "*" || name_of(e) == name) {
+            change(entry);
+            found = true;
+        }
+        if found || name == "*" {
+            return Ok(());
+        }
+        let mut known: Vec<&str> = entries.iter().map(|e| name_of(e).as_str()).collect();
+        known.sort_unstable();
+        known.dedup();
+        known.truncate(20);
+        let hint = if known.is_empty() {
+            "there are none".into()
+        } else {
+            format!("there are {}", known.join(", "))
+        };
+        Err(Error::scene(format!("no {kind} is named \"{name}\""), &self.place, hint))
+    }
+
+    fn apply_environment(
+        &self,
+        change: &EnvironmentOverride,
+        desc: &mut SceneDesc,
+        limits: &Limits,
+    ) -> Result<(), Error> {
+        let kinds = [change.map.is_some(), change.color.is_some(), change.sun.is_some()];
+        if kinds.iter().filter(|&&k| k).count() > 1 {
+            let hint = "give one of map, color and sun";
+            return Err(Error::scene("the environment has two kinds of light", &self.place, hint));
+        }
+        if let Some(path) = &change.map {
+            environment::use_map(desc, &self.folder.join(path), limits)?;
+        }
+        if let Some(color) = change.color {
+            desc.environment = Some(Environment::Constant(Vec3::from_array(color)));
+        }
+        if let Some(sun) = change.sun {
+            environment::use_sun(desc, sun);
+        }
+        if let Some(turbidity) = change.turbidity {
+            desc.environment =
+                Some(Environment::Sky(vastlight_scene::Sky { turbidity, ..environment::sky_of(desc) }));
+        }
+        scale_and_turn(desc, change);
+        Ok(())
+    }
+}
+
+fn scale_and_turn(desc: &mut SceneDesc, change: &EnvironmentOverride) {
+    let scale = change.strength.unwrap_or(1.0);
+    let turn = change.rotation.unwrap_or(0.0).to_radians();
+    match &mut desc.environment {
+        Some(Environment::Constant(color)) => *color *= scale,
+        Some(Environment::Map { rotation, strength, .. }) => {
+            *rotation += turn;
+            *strength *= scale;
+        }
+        Some(Environment::Sky(sky)) => {
+            sky.sun_azimuth += turn;
+            sky.strength *= scale;
+        }
+        None => {}
+    }
+}
+
+impl MaterialOverride {
+    fn apply(&self, m: &mut Material) {
+        self.apply_base(m);
+        self.apply_extensions(m);
+    }
+
+    fn apply_base(&self, m: &mut Material) {
+        set_color(&mut m.base_color, self.base_color);
+        set_color(&mut m.emission, self.emission);
+        set_scalar(&mut m.metallic, self.metallic);
+        set_scalar(&mut m.roughness, self.roughness);
+        set_scalar(&mut m.alpha, self.alpha);
+        if self.alpha.is_some_and(|a| a < 1.0) {
+            m.alpha_mode = AlphaMode::Blend;
+        }
+        set(&mut m.double_sided, self.double_sided);
+        if self.normal_map == Some(false) {
+            m.normal_map = None;
+        }
+    }
+
+    fn apply_extensions(&self, m: &mut Material) {
+        set(&mut m.ior, self.ior);
+        set_scalar(&mut m.specular, self.specular);
+        set_color(&mut m.specular_color, self.specular_color);
+        set_scalar(&mut m.transmission, self.transmission);
+        set(&mut m.thickness, self.thickness);
+        set(&mut m.attenuation_color, self.attenuation_color.map(Vec3::from_array));
+        set(&mut m.attenuation_distance, self.attenuation_distance);
+        set(&mut m.dispersion, self.dispersion);
+        set_scalar(&mut m.clearcoat, self.clearcoat);
+        set_scalar(&mut m.clearcoat_roughness, self.clearcoat_roughness);
+        set_color(&mut m.sheen_color, self.sheen_color);
+        set_scalar(&mut m.sheen_roughness, self.sheen_roughness);
+        set(&mut m.anisotropy, self.anisotropy);
+        set_scalar(&mut m.iridescence, self.iridescence);
+    }
+}
+
+impl LightOverride {
+    fn apply(&self, light: &mut Light) {
+        set(&mut light.intensity, self.intensity.map(Vec3::from_array));
+        light.intensity *= self.scale.unwrap_or(1.0);
+    }
+}
+
+fn set<T>(slot: &mut T, value: Option<T>) {
+    if let Some(value) = value {
+        *slot = value;
+    }
+}
+
+fn set_scalar(input: &mut ScalarInput, value: Option<f32>) {
+    set(input, value.map(ScalarInput::new));
+}
+
+fn set_color(input: &mut ColorInput, value: Option<[f32; 3]>) {
+    set(input, value.map(|c| ColorInput::new(Vec3::from_array(c))));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene() -> SceneDesc {
+        let mut wood = Material::new("Wood");
+        wood.roughness.texture = Some((0, vastlight_scene::Channel::G));
+        SceneDesc { materials: vec![wood, Material::new("Steel")], ..SceneDesc::default() }
+    }
+
+    fn apply(text: &str) -> Result<SceneDesc, Error> {
+        let mut desc = scene();
+        Overrides::parse(text, "o.toml")?.apply(&mut desc, &Limits::default())?;
+        Ok(desc)
+    }
+
+    #[test]
+    fn numbers_replace_values_and_their_textures() {
+        let desc =
+            apply("[materials.Wood]\nroughness = 0.25\nbase_color = [1.0, 0.5, 0.0]").expect("applied");
+        assert_eq!(desc.materials[0].roughness, ScalarInput::new(0.25));
+        assert_eq!(desc.materials[0].base_color.factor, Vec3::new(1.0, 0.5, 0.0));
+        assert_eq!(desc.materials[1], Material::new("Steel"));
+        let all = apply("[materials.\"*\"]\nmetallic = 1").expect("applied");
+        assert!(all.materials.iter().all(|m| m.metallic.factor == 1.0));
+    }
+
+    #[test]
+    fn environments_are_replaced_scaled_and_turned() {
+        let desc = apply("[environment]\ncolor = [1, 2, 3]\nstrength = 2").expect("applied");
+        assert_eq!(desc.environment, Some(Environment::Constant(Vec3::new(2.0, 4.0, 6.0))));
+        let desc = apply("[environment]\nsun = [90, 30]\nstrength = 0.5").expect("applied");
+        let Some(Environment::Sky(sky)) = desc.environment else { panic!("no sky") };
+        assert!((sky.sun_elevation - 30_f32.to_radians()).abs() < 1e-6 && sky.strength == 0.5);
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_place() {
+        let message = |text: &str| apply(text).expect_err("wrong").to_string();
+        assert!(message("[materials.Wod]\nroughness = 1").contains("there are Steel, Wood"));
+        assert!(message("[materials.Wood]\nroughnes = 1").contains("o.toml:2: unknown field `roughnes`"));
+        assert!(message("[materials").starts_with("o.toml:1"));
+        assert!(message("[environment]\ncolor = [1,1,1]\nsun = [1,1]").contains("two kinds"));
+        assert!(message("[lights.Lamp]\nscale = 2").contains("there are none"));
+    }
+}

@@ -1,0 +1,300 @@
+//! The render loop: passes over tiles over threads, until the samples, the time or the patience end.
+
+use crate::ids::Ids;
+use crate::passes::PassSchedule;
+use crate::stats::{Ending, SceneCounts, Stats};
+use crate::{Error, ErrorClass, peak_rss_bytes};
+use rayon::prelude::*;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
+use vastlight_scene::Scene;
+use vastlight_trace::{Tracer, TracerConfig};
+use vastlight_transport::{
+    Lights, MaterialTable, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile,
+};
+
+/// What to render.
+#[derive(Clone, Debug)]
+pub struct RenderRequest {
+    /// Integrator, camera, size, depth, seed, filter.
+    pub settings: RenderSettings,
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Auxiliary outputs.
+    pub aovs: Vec<Aov>,
+    /// Rendering ends here with the samples that there are; at least one pass is finished.
+    pub time_limit: Option<Duration>,
+    /// How rays are traced.
+    pub tracer: TracerConfig,
+}
+
+impl RenderRequest {
+    /// `spp` samples a pixel without auxiliary outputs or time limit.
+    #[must_use]
+    pub fn new(settings: RenderSettings, spp: u32) -> Self {
+        Self { settings, spp, aovs: Vec::new(), time_limit: None, tracer: TracerConfig::default() }
+    }
+}
+
+/// How far a render is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Samples taken so far, all pixels together.
+    pub samples: u64,
+    /// Samples asked for, all pixels together.
+    pub samples_total: u64,
+    /// Samples that every pixel has.
+    pub spp: u32,
+    /// Time since rendering began.
+    pub elapsed: Duration,
+    /// Expected time to the end, the time limit included; `None` before anything is known.
+    pub remaining: Option<Duration>,
+}
+
+/// How a render is watched and stopped.
+pub struct Control<'c> {
+    /// Set to stop: tiles that are begun are finished.
+    pub cancel: &'c AtomicBool,
+    /// Called after every tile, from any thread, one call at a time.
+    pub progress: &'c (dyn Fn(&Progress) + Sync),
+}
+
+impl std::fmt::Debug for Control<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Control").field("cancel", &self.cancel).finish_non_exhaustive()
+    }
+}
+
+/// A finished (or stopped) render.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The sums.
+    pub film: Film,
+    /// Names for the mattes that the film records.
+    pub mattes: Vec<Cryptomatte>,
+    /// What it cost.
+    pub stats: Stats,
+}
+
+impl Rendered {
+    /// The picture: linear means of all planes.
+    #[must_use]
+    pub fn develop(&self) -> Picture {
+        self.film.develop(self.mattes.clone())
+    }
+}
+
+/// Renders a scene on the threads of the current rayon pool. Bits depend on scene and request alone, not on threads.
+///
+/// # Errors
+/// If the acceleration structure cannot be built.
+pub fn render(scene: &Scene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
+    let build_start = Instant::now();
+    let tracer = Tracer::new(scene, &request.tracer)
+        .map_err(|e| Error::new(ErrorClass::Usage, e.to_string(), "--accel", ""))?;
+    let build_ms = millis(build_start.elapsed());
+    let prepare_start = Instant::now();
+    let materials = MaterialTable::new(scene);
+    let lights = Lights::new(scene, &materials);
+    let renderer = Renderer::new(scene, &tracer, &materials, &lights, request.settings.clone());
+    let ids = Ids::new(scene, &request.aovs);
+    let prepare_ms = millis(prepare_start.elapsed());
+
+    let mut film = Film::new(film_settings(request));
+    let run = Run::new(&renderer, &ids, request, control);
+    let outcome = run.all_passes(&mut film);
+    let total = outcome.cost;
+    let stats = Stats {
+        device: "cpu",
+        simd: tracer.level().name(),
+        threads: rayon::current_num_threads(),
+        scene: SceneCounts::new(scene),
+        width: request.settings.width,
+        height: request.settings.height,
+        spp: request.spp,
+        spp_done: outcome.spp,
+        passes: outcome.passes,
+        ending: outcome.ending,
+        samples: total.samples,
+        non_finite: total.non_finite,
+        rays: total.rays,
+        shadow_rays: total.shadow_rays,
+        build_ms,
+        prepare_ms,
+        first_pass_ms: outcome.first_pass_ms,
+        render_ms: outcome.render_ms,
+        msamples_per_s: total.samples as f64 / (outcome.render_ms * 1e3).max(1e-9),
+        structure_bytes: tracer.report().bytes,
+        peak_rss_bytes: peak_rss_bytes(),
+    };
+    Ok(Rendered { film, mattes: ids.mattes(), stats })
+}
+
+fn millis(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1e3
+}
+
+/// Edge of the film's tiles: large for long batches, smaller where threads would wait for each other.
+fn tile_size(pixels: u64, threads: usize) -> u32 {
+    [64, 32].into_iter().find(|&n| pixels / u64::from(n * n) >= 8 * threads as u64).unwrap_or(16)
+}
+
+fn film_settings(request: &RenderRequest) -> FilmSettings {
+    let settings = &request.settings;
+    let region = settings.region();
+    FilmSettings {
+        full_size: [settings.width, settings.height],
+        window: Window { x0: region.min[0], y0: region.min[1], x1: region.max[0], y1: region.max[1] },
+        tile_size: tile_size(region.pixels(), rayon::current_num_threads()),
+        aovs: request.aovs.clone(),
+    }
+}
+
+/// Hands the renderer's samples to a tile of the film.
+struct TileSink<'t> {
+    tile: &'t mut FilmTile,
+    ids: &'t Ids,
+}
+
+impl SampleSink for TileSink<'_> {
+    #[inline]
+    fn add(&mut self, pixel: [u32; 2], sample: &Sample) {
+        let film_sample = PixelSample {
+            radiance: sample.radiance,
+            hit: sample.coverage > 0.0,
+            albedo: sample.albedo,
+            normal: sample.normal,
+            depth: sample.depth,
+            position: sample.position,
+            object: self.ids.object(sample.object),
+            material: self.ids.material(sample.material),
+        };
+        self.tile.add(pixel[0], pixel[1], &film_sample);
+    }
+}
+
+/// A render under way.
+struct Run<'r> {
+    renderer: &'r Renderer<'r>,
+    ids: &'r Ids,
+    request: &'r RenderRequest,
+    control: &'r Control<'r>,
+    start: Instant,
+    samples: AtomicU64,
+    samples_total: u64,
+}
+
+/// What all passes came to.
+struct Outcome {
+    cost: RenderStats,
+    spp: u32,
+    passes: u32,
+    ending: Ending,
+    first_pass_ms: f64,
+    render_ms: f64,
+}
+
+impl<'r> Run<'r> {
+    fn new(
+        renderer: &'r Renderer<'r>,
+        ids: &'r Ids,
+        request: &'r RenderRequest,
+        control: &'r Control<'r>,
+    ) -> Self {
+        let samples_total = request.settings.region().pixels() * u64::from(request.spp);
+        Self {
+            renderer,
+            ids,
+            request,
+            control,
+            start: Instant::now(),
+            samples: AtomicU64::new(0),
+            samples_total,
+        }
+    }
+
+    fn all_passes(&self, film: &mut Film) -> Outcome {
+        let mut schedule = PassSchedule::new(self.request.spp);
+        let mut outcome = Outcome {
+            cost: RenderStats::default(),
+            spp: 0,
+            passes: 0,
+            ending: Ending::Complete,
+            first_pass_ms: 0.0,
+            render_ms: 0.0,
+        };
+        while let Some(samples) = schedule.next(self.start.elapsed(), self.time_left()) {
+            let last = samples.end;
+            let may_stop = samples.start > 0;
+            outcome.cost += self.pass(film, samples, outcome.spp, may_stop);
+            if self.cancelled() || (may_stop && self.out_of_time()) {
+                break;
+            }
+            outcome.spp = last;
+            outcome.passes += 1;
+            if outcome.passes == 1 {
+                outcome.first_pass_ms = millis(self.start.elapsed());
+            }
+        }
+        outcome.ending = self.ending(outcome.spp);
+        outcome.render_ms = millis(self.start.elapsed());
+        outcome
+    }
+
+    /// Adds the given samples to every tile. Tiles are skipped once the render is to stop.
+    fn pass(&self, film: &mut Film, samples: std::ops::Range<u32>, spp: u32, may_stop: bool) -> RenderStats {
+        let reporting = Mutex::new(());
+        let tile_cost = |tile: &mut FilmTile| {
+            if self.cancelled() || (may_stop && self.out_of_time()) {
+                return RenderStats::default();
+            }
+            let window = tile.window();
+            let region = Tile { min: [window.x0, window.y0], max: [window.x1, window.y1] };
+            let mut sink = TileSink { tile, ids: self.ids };
+            let cost = self.renderer.render_tile(region, samples.clone(), &mut sink);
+            self.samples.fetch_add(cost.samples, Ordering::Relaxed);
+            if let Ok(_one_at_a_time) = reporting.try_lock() {
+                (self.control.progress)(&self.progress(spp));
+            }
+            cost
+        };
+        let add = |mut a: RenderStats, b| {
+            a += b;
+            a
+        };
+        film.tiles_mut().par_iter_mut().with_max_len(1).map(tile_cost).reduce(RenderStats::default, add)
+    }
+
+    fn cancelled(&self) -> bool {
+        self.control.cancel.load(Ordering::Relaxed)
+    }
+
+    fn time_left(&self) -> Option<Duration> {
+        self.request.time_limit.map(|limit| limit.saturating_sub(self.start.elapsed()))
+    }
+
+    fn out_of_time(&self) -> bool {
+        self.time_left().is_some_and(|left| left.is_zero())
+    }
+
+    fn ending(&self, spp: u32) -> Ending {
+        if spp == self.request.spp {
+            Ending::Complete
+        } else if self.cancelled() {
+            Ending::Interrupted
+        } else {
+            Ending::TimeLimit
+        }
+    }
+
+    fn progress(&self, spp: u32) -> Progress {
+        let samples = self.samples.load(Ordering::Relaxed);
+        let elapsed = self.start.elapsed();
+        let to_go = self.samples_total.saturating_sub(samples) as f64 / samples.max(1) as f64;
+        let by_samples = Duration::try_from_secs_f64(elapsed.as_secs_f64() * to_go).unwrap_or(Duration::MAX);
+        let remaining = self.time_left().map_or(by_samples, |left| left.min(by_samples));
+        Progress { samples, samples_total: self.samples_total, spp, elapsed, remaining: Some(remaining) }
+    }
+}
