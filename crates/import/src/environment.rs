@@ -4,11 +4,11 @@ use crate::{ImportError, Limits, decode_image};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-use vastlight_math::Vec3;
 use vastlight_scene::{Diagnostics, Image, Texels};
 
 /// Reads a latitude-longitude map (OpenEXR or Radiance HDR; PNG, JPEG and WebP are taken as sRGB) as linear RGB floats.
-/// Texels that are negative or not finite become black, with a warning that counts them.
+/// Numbers that no light has are repaired, with a warning that counts them: negative ones and NaN become 0, infinity the
+/// largest finite number of the map.
 ///
 /// # Errors
 /// The file cannot be read, or is not an image.
@@ -21,8 +21,8 @@ pub fn load_environment(
     let mut image = to_linear_rgb(decode_image(&read_file(path, limits)?, &place, limits)?);
     let repaired = repair(&mut image);
     if repaired > 0 {
-        let what = format!("{repaired} texels of the environment map are negative or not finite");
-        diagnostics.warn(what, &place, "they are taken as black");
+        let what = format!("{repaired} numbers of the environment map are negative or not finite");
+        diagnostics.warn(what, &place, "they are taken as 0, or as the largest number of the map");
     }
     if u64::from(image.width) != 2 * u64::from(image.height) {
         let what = format!("the environment map has {} x {} texels", image.width, image.height);
@@ -69,16 +69,61 @@ pub(crate) fn linear(encoded: f32) -> f32 {
     }
 }
 
-/// Blackens texels that no light can have; returns how many there were.
+/// Replaces numbers that no light can have; returns how many there were.
 fn repair(image: &mut Image) -> usize {
     let Texels::F32(values) = &mut image.texels else { return 0 };
+    let largest = values.iter().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
     let mut repaired = 0;
-    for texel in values.as_chunks_mut::<3>().0 {
-        let color = Vec3::from_array(*texel);
-        if !color.is_finite() || color.min_element() < 0.0 {
-            *texel = [0.0; 3];
-            repaired += 1;
-        }
+    for value in values.iter_mut().filter(|v| !(v.is_finite() && **v >= 0.0)) {
+        *value = if *value == f32::INFINITY { largest } else { 0.0 };
+        repaired += 1;
     }
     repaired
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn impossible_light_is_repaired() {
+        let values = vec![1.0, -0.5, f32::NAN, f32::INFINITY, 7.0, f32::NEG_INFINITY];
+        let mut image =
+            Image { name: String::new(), width: 2, height: 1, channels: 3, texels: Texels::F32(values) };
+        assert_eq!(repair(&mut image), 4);
+        assert_eq!(image.texels, Texels::F32(vec![1.0, 0.0, 0.0, 7.0, 7.0, 0.0]));
+        assert_eq!(repair(&mut image), 0);
+    }
+
+    #[test]
+    fn any_image_becomes_linear_rgb() {
+        let grey =
+            Image { name: String::new(), width: 1, height: 1, channels: 2, texels: Texels::U8(vec![188, 0]) };
+        let Texels::F32(values) = to_linear_rgb(grey).texels else { panic!("floats") };
+        assert_eq!(values.len(), 3);
+        assert!((values[2] - 0.5029).abs() < 1e-3);
+        let rgba = Image {
+            name: String::new(),
+            width: 1,
+            height: 1,
+            channels: 4,
+            texels: Texels::F32(vec![4.0, 5.0, 6.0, 0.5]),
+        };
+        assert_eq!(to_linear_rgb(rgba).texels, Texels::F32(vec![4.0, 5.0, 6.0]));
+    }
+
+    #[test]
+    fn files_with_defects_are_read_with_a_warning() {
+        let image = image::Rgb32FImage::from_fn(3, 2, |x, _| image::Rgb([x as f32, 0.25, 2.0]));
+        let file = tempfile::Builder::new().suffix(".hdr").tempfile().expect("temporary file");
+        let encoder = image::codecs::hdr::HdrEncoder::new(std::io::BufWriter::new(file.as_file()));
+        let texels: Vec<image::Rgb<f32>> = image.pixels().copied().collect();
+        encoder.encode(&texels, 3, 2).expect("encoded");
+        let mut found = Diagnostics::default();
+        let loaded = load_environment(file.path(), &Limits::default(), &mut found).expect("read");
+        assert_eq!((loaded.width, loaded.height, loaded.channels), (3, 2, 3));
+        assert!(found.items()[0].what.contains("3 x 2 texels"));
+        let missing = load_environment(Path::new("/nonexistent.hdr"), &Limits::default(), &mut found);
+        assert_eq!(missing.expect_err("missing").kind, crate::ErrorKind::Io);
+    }
 }

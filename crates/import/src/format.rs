@@ -38,15 +38,14 @@ pub fn detect(path: &Path, limits: &Limits) -> Result<SceneFormat, ImportError> 
     limits.check_count(metadata.len(), limits.file_bytes, "bytes", &place)?;
     let mut head = Vec::new();
     file.take(HEAD_BYTES).read_to_end(&mut head).map_err(|e| ImportError::io(&e, path))?;
+    if head.is_empty() {
+        return Err(ImportError::malformed("the file is empty", place));
+    }
     let by_content = || by_content(&head, metadata.len());
     let found = by_signature(&head).or_else(|| by_extension(path)).or_else(by_content);
-    match found {
-        None => {
-            Err(ImportError::new(ErrorKind::UnknownFormat, "unknown scene format", place).with_hint(KNOWN))
-        }
-        Some(_) if head.is_empty() => Err(ImportError::malformed("the file is empty", place)),
-        Some(format) => Ok(format),
-    }
+    let unknown =
+        || ImportError::new(ErrorKind::UnknownFormat, "unknown scene format", place).with_hint(KNOWN);
+    found.ok_or_else(unknown)
 }
 
 fn by_signature(head: &[u8]) -> Option<SceneFormat> {
@@ -119,7 +118,6 @@ mod tests {
     fn unknown_and_empty_files_are_errors() {
         let kind = |result: Result<SceneFormat, ImportError>| result.expect_err("refused").kind;
         assert_eq!(kind(detect_bytes(".3ds", b"MM")), ErrorKind::UnknownFormat);
-        assert_eq!(kind(detect_bytes(".3ds", b"")), ErrorKind::UnknownFormat);
         assert_eq!(kind(detect_bytes(".obj", b"")), ErrorKind::Malformed);
         assert_eq!(kind(detect(Path::new("/nonexistent.obj"), &Limits::default())), ErrorKind::Io);
     }

@@ -2,6 +2,9 @@
 
 mod exr;
 
+#[cfg(test)]
+mod tests;
+
 use crate::{ErrorKind, ImportError, Limits};
 use ::image::{DynamicImage, ImageFormat, ImageReader};
 use std::io::Cursor;
