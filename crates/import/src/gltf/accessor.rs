@@ -1,8 +1,10 @@
 //! Accessors to arrays: every component type, normalisation, strides, sparse values.
 
-use super::buffers::Buffers;
+use super::buffers::{Buffers, Bytes};
 use super::json::Json;
 use super::model::{Accessor, Component, Sparse, View};
+use std::collections::BTreeSet;
+use vastlight_scene::Severity;
 
 /// Why data of the file cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -10,11 +12,13 @@ pub(super) struct Fault {
     pub(super) what: String,
     pub(super) place: String,
     pub(super) hint: &'static str,
+    /// A warning if the file is well-formed and only does not hold the data.
+    pub(super) severity: Severity,
 }
 
 impl Fault {
     pub(super) fn new(what: impl Into<String>, place: impl Into<String>, hint: &'static str) -> Self {
-        Self { what: what.into(), place: place.into(), hint }
+        Self { what: what.into(), place: place.into(), hint, severity: Severity::Error }
     }
 }
 
@@ -27,8 +31,6 @@ pub(super) struct Data<'a> {
     accessors: Vec<Option<Accessor>>,
     views: Vec<Option<View>>,
     buffers: Buffers<'a>,
-    /// Decompressed views; where one is `Some`, it stands for the view's own bytes.
-    decoded: Vec<Option<Vec<u8>>>,
 }
 
 impl<'a> Data<'a> {
@@ -38,18 +40,12 @@ impl<'a> Data<'a> {
             accessors: root.list("accessors").iter().map(Accessor::read).collect(),
             views: root.list("bufferViews").iter().map(View::read).collect(),
             buffers,
-            decoded: Vec::new(),
         }
     }
 
     /// The buffers.
     pub(super) fn buffers(&self) -> &Buffers<'a> {
         &self.buffers
-    }
-
-    /// Replaces the bytes of views by decompressed ones.
-    pub(super) fn set_decoded(&mut self, decoded: Vec<Option<Vec<u8>>>) {
-        self.decoded = decoded;
     }
 
     /// A well-formed accessor.
@@ -62,6 +58,11 @@ impl<'a> Data<'a> {
         self.views.get(index)?.as_ref()
     }
 
+    /// Whether the document says where values of an accessor stand; else they are zero.
+    pub(super) fn has_values(&self, index: usize) -> bool {
+        self.accessor(index).is_some_and(|a| a.view.is_some() || a.sparse.is_some())
+    }
+
     /// All accessors.
     pub(super) fn accessors(&self) -> impl Iterator<Item = Option<&Accessor>> {
         self.accessors.iter().map(Option::as_ref)
@@ -69,17 +70,18 @@ impl<'a> Data<'a> {
 
     /// The bytes of a view.
     pub(super) fn view_bytes(&self, index: usize) -> Result<&[u8], Fault> {
-        if let Some(bytes) = self.decoded.get(index).and_then(Option::as_deref) {
-            return Ok(bytes);
+        let place = || format!("/bufferViews/{index}");
+        let view =
+            self.view(index).ok_or_else(|| Fault::new("the buffer view is not well-formed", place(), ""))?;
+        match self.buffers.get(view.buffer) {
+            Bytes::Known(bytes) => slice(bytes, view.offset, view.length)
+                .ok_or_else(|| Fault::new("the buffer view does not fit its buffer", place(), "")),
+            Bytes::Missing => Err(Fault::new("the data of the buffer view is missing", place(), "")),
+            Bytes::Elsewhere => {
+                let fault = Fault::new("the file does not hold the data of the buffer view", place(), "");
+                Err(Fault { severity: Severity::Warning, ..fault })
+            }
         }
-        let bytes = self.view(index).and_then(|view| self.buffers.view(view));
-        bytes.ok_or_else(|| {
-            Fault::new(
-                "the buffer view has no data",
-                format!("/bufferViews/{index}"),
-                "its buffer is missing or short",
-            )
-        })
     }
 
     /// An accessor's elements, located and checked against its view.
@@ -94,7 +96,7 @@ impl<'a> Data<'a> {
                 let size = accessor.element_size();
                 let stride = self.view(view).and_then(|v| v.stride).unwrap_or(size);
                 let bytes = self.view_bytes(view)?.get(accessor.offset..).ok_or_else(short)?;
-                check_span(bytes.len(), accessor.count, stride, size).ok_or_else(short)?;
+                check_span(bytes.len(), accessor.count, stride, accessor.tight_size()).ok_or_else(short)?;
                 Some(Base { bytes, stride })
             }
             None if accessor.count > MAX_ZEROS => {
@@ -122,7 +124,7 @@ impl<'a> Data<'a> {
         check_span(indices.len(), sparse.count, index_size, index_size).ok_or_else(short)?;
         let values = self.view_bytes(sparse.value_view)?.get(sparse.value_offset..).ok_or_else(short)?;
         let size = accessor.element_size();
-        check_span(values.len(), sparse.count, size, size).ok_or_else(short)?;
+        check_span(values.len(), sparse.count, size, accessor.tight_size()).ok_or_else(short)?;
         Ok(Overrides { count: sparse.count, indices, index_component: sparse.index_component, values })
     }
 
@@ -139,6 +141,10 @@ impl<'a> Data<'a> {
 
 fn too_large(index: usize) -> Fault {
     Fault::new("the accessor does not fit into memory", format!("/accessors/{index}"), "")
+}
+
+fn slice(bytes: &[u8], offset: usize, length: usize) -> Option<&[u8]> {
+    bytes.get(offset..offset.checked_add(length)?)
 }
 
 /// Whether `count` elements of `size` bytes at a distance of `stride` fit into `length` bytes.
@@ -236,7 +242,7 @@ impl<'a> Source<'a> {
                 }));
             }
             Some(base) => {
-                out.extend(elements(base, self.accessor.element_size(), self.accessor.count).map(element));
+                out.extend(elements(base, self.accessor.tight_size(), self.accessor.count).map(element));
             }
             None => {
                 let mut zero = [fill; N];
@@ -250,6 +256,43 @@ impl<'a> Source<'a> {
             }
         }
         Some(out)
+    }
+
+    /// Smallest and largest raw value of each component; `None` if one is not finite.
+    pub(super) fn bounds(&self) -> Option<Vec<(f64, f64)>> {
+        match self.accessor.component {
+            Component::I8 => self.bounds_of::<i8>(),
+            Component::U8 => self.bounds_of::<u8>(),
+            Component::I16 => self.bounds_of::<i16>(),
+            Component::U16 => self.bounds_of::<u16>(),
+            Component::U32 => self.bounds_of::<u32>(),
+            Component::F32 => self.bounds_of::<f32>(),
+        }
+    }
+
+    fn bounds_of<S: Scalar + Into<f64>>(&self) -> Option<Vec<(f64, f64)>> {
+        let a = &self.accessor;
+        let offsets: Vec<usize> = (0..a.shape.components()).map(|c| a.component_offset(c)).collect();
+        let mut bounds = vec![(f64::INFINITY, f64::NEG_INFINITY); offsets.len()];
+        let mut finite = true;
+        let mut grow = |bytes: &[u8]| {
+            for (bound, &offset) in bounds.iter_mut().zip(&offsets) {
+                let x: f64 = S::read(&bytes[offset..]).into();
+                finite &= x.is_finite();
+                *bound = (bound.0.min(x), bound.1.max(x));
+            }
+        };
+        let replaced: BTreeSet<usize> = self.sparse_indices().into_iter().collect();
+        match self.base {
+            Some(base) => elements(base, a.tight_size(), a.count)
+                .enumerate()
+                .filter(|(i, _)| !replaced.contains(i))
+                .for_each(|(_, bytes)| grow(bytes)),
+            None if replaced.len() < a.count => grow(&[0; 64]),
+            None => {}
+        }
+        self.overrides.iter().flat_map(|o| o.iter(a.element_size())).for_each(|(_, bytes)| grow(bytes));
+        finite.then_some(bounds)
     }
 
     /// The indices of sparse values, in file order.

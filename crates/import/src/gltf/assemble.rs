@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 use vastlight_math::glam::DAffine3;
-use vastlight_scene::{Instance, Mesh, SceneDesc};
+use vastlight_scene::{Image, Instance, Mesh, SceneDesc};
 
 /// Builds the description of the chosen scene.
 pub(super) fn assemble(
@@ -191,9 +191,11 @@ fn read_materials(
     if uses_default_material(root) {
         desc.materials.push(material::read(root, &Json::Null, "default".into(), &mut textures));
     }
-    let (list, images) = textures.finish();
+    let (list, numbers) = textures.finish();
     desc.textures = list;
-    desc.images = image::load_all(root, data, &images, directory, &options.limits, findings);
+    let mut images: Vec<Option<Image>> =
+        image::load_all(root, data, directory, &options.limits, findings).into_iter().map(Some).collect();
+    desc.images = numbers.into_iter().filter_map(|i| images[i].take()).collect();
     default_material
 }
 

@@ -36,7 +36,7 @@ fn split_glb<'a>(bytes: &'a [u8], findings: &mut Findings) -> Option<Container<'
     let total = check_header(bytes, findings)?;
     let mut chunks = Chunks::default();
     let mut at = 12;
-    while at < total {
+    while at < total.min(bytes.len()) {
         let (Some(length), Some(kind)) = (u32_at(bytes, at), u32_at(bytes, at + 4)) else {
             findings.error(
                 "GLB_UNEXPECTED_END_OF_CHUNK_HEADER",
@@ -126,7 +126,7 @@ fn finish<'a>(
         let what = format!("{} bytes follow the end of the GLB", actual - total);
         findings.warn("GLB_EXTRA_DATA", what, &byte(total), "they are ignored");
     }
-    let json = chunks.json?;
+    let json = chunks.json.filter(|json| !json.is_empty())?;
     Some(Container { json, bin: chunks.bin, is_glb: true })
 }
 

@@ -1,5 +1,6 @@
 //! Findings while a file is read: each with the Khronos validator's code, at most a few of one kind.
 
+use super::accessor::Fault;
 use std::collections::BTreeMap;
 use vastlight_scene::{Diagnostic, Diagnostics, Severity};
 
@@ -29,6 +30,11 @@ impl Findings {
     /// Adds a warning.
     pub(super) fn warn(&mut self, code: &'static str, what: impl Into<String>, place: &str, hint: &str) {
         self.push(Severity::Warning, code, what.into(), place, hint);
+    }
+
+    /// Adds what stands in a fault.
+    pub(super) fn fault(&mut self, code: &'static str, fault: Fault) {
+        self.push(fault.severity, code, fault.what, &fault.place, fault.hint);
     }
 
     fn push(&mut self, severity: Severity, code: &'static str, what: String, place: &str, hint: &str) {

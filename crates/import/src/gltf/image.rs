@@ -1,7 +1,7 @@
-//! Images: where their bytes stand, and decoding them in parallel.
+//! Images: where their bytes stand, what format they have, and decoding them in parallel.
 
 use super::accessor::{Data, Fault};
-use super::buffers::read_file;
+use super::buffers::{read_file, shorten};
 use super::findings::Findings;
 use super::json::Json;
 use super::uri::{self, Uri};
@@ -11,17 +11,24 @@ use std::borrow::Cow;
 use std::path::Path;
 use vastlight_scene::{Image, Texels};
 
-/// Decodes the images of that numbers. One that cannot be decoded becomes a single magenta texel with a finding.
+/// Decodes all images of the document, also those that nothing uses, so that their errors are found.
 pub(super) fn load_all(
     root: &Json<'_>,
     data: &Data<'_>,
-    numbers: &[usize],
     directory: &Path,
     limits: &Limits,
     findings: &mut Findings,
 ) -> Vec<Image> {
-    let decoded: Vec<(Image, Findings)> =
-        numbers.par_iter().map(|&i| load_one(root, data, i, directory, limits)).collect();
+    let list = root.list("images");
+    let decoded: Vec<(Image, Findings)> = list
+        .par_iter()
+        .enumerate()
+        .map(|(i, json)| {
+            let mut findings = Findings::default();
+            let image = load_one(json, data, i, directory, limits, &mut findings);
+            (image.unwrap_or_else(|| placeholder(json, i)), findings)
+        })
+        .collect();
     let mut images = Vec::new();
     for (image, found) in decoded {
         findings.append(found);
@@ -31,39 +38,37 @@ pub(super) fn load_all(
 }
 
 fn load_one(
-    root: &Json<'_>,
+    json: &Json<'_>,
     data: &Data<'_>,
     index: usize,
     directory: &Path,
     limits: &Limits,
-) -> (Image, Findings) {
-    let mut findings = Findings::default();
+    findings: &mut Findings,
+) -> Option<Image> {
     let place = format!("/images/{index}");
-    let json = root.list("images").get(index);
-    let name = json.map_or_else(String::new, |json| name_of(json, index));
-    let bytes = json.map_or_else(
-        || Err(Fault::new("the image does not exist", &place, "")),
-        |json| bytes_of(json, data, directory, limits, &place),
-    );
-    let image = match bytes {
-        Ok(bytes) => match crate::decode_image(&bytes, &name, limits) {
-            Ok(image) => image,
-            Err(error) if error.kind == ErrorKind::UnknownFormat => {
-                let hint = "it is shown in magenta";
-                findings.warn("IMAGE_UNRECOGNIZED_FORMAT", "the image has an unknown format", &place, hint);
-                placeholder(&name)
-            }
-            Err(error) => {
-                findings.error("IMAGE_DATA_INVALID", error.what, &place, "");
-                placeholder(&name)
+    let bytes = match json.index("bufferView") {
+        Some(view) => match data.view_bytes(view) {
+            Ok(bytes) => Cow::Borrowed(bytes),
+            Err(fault) => {
+                findings.fault("IMAGE_WITHOUT_DATA", Fault { place, ..fault });
+                return None;
             }
         },
-        Err(fault) => {
-            findings.error("IMAGE_WITHOUT_DATA", fault.what, &fault.place, fault.hint);
-            placeholder(&name)
-        }
+        None => Cow::Owned(load_uri(json.at("uri").text()?, directory, limits, &place, findings)?),
     };
-    (image, findings)
+    check_declared(json, &bytes, &place, findings);
+    match crate::decode_image(&bytes, &name_of(json, index), limits) {
+        Ok(image) => Some(image),
+        Err(error) if error.kind == ErrorKind::UnknownFormat => {
+            let what = "the image has an unknown format";
+            findings.warn("IMAGE_UNRECOGNIZED_FORMAT", what, &place, "it is shown in magenta");
+            None
+        }
+        Err(error) => {
+            findings.error("IMAGE_DATA_INVALID", error.what, &place, "");
+            None
+        }
+    }
 }
 
 fn name_of(json: &Json<'_>, index: usize) -> String {
@@ -72,31 +77,67 @@ fn name_of(json: &Json<'_>, index: usize) -> String {
     name.or(uri).map_or_else(|| format!("image {index}"), str::to_owned)
 }
 
-fn placeholder(name: &str) -> Image {
-    Image { name: name.to_owned(), width: 1, height: 1, channels: 3, texels: Texels::U8(vec![255, 0, 255]) }
+/// One magenta texel.
+fn placeholder(json: &Json<'_>, index: usize) -> Image {
+    let texels = Texels::U8(vec![255, 0, 255]);
+    Image { name: name_of(json, index), width: 1, height: 1, channels: 3, texels }
 }
 
-/// The encoded bytes of an image.
-pub(super) fn bytes_of<'d>(
-    json: &Json<'_>,
-    data: &'d Data<'_>,
+fn load_uri(
+    uri: &str,
     directory: &Path,
     limits: &Limits,
     place: &str,
-) -> Result<Cow<'d, [u8]>, Fault> {
-    if let Some(view) = json.index("bufferView") {
-        return data.view_bytes(view).map(Cow::Borrowed);
-    }
+    findings: &mut Findings,
+) -> Option<Vec<u8>> {
     let place = format!("{place}/uri");
-    match uri::resolve(json.at("uri").text().unwrap_or_default(), directory) {
-        Uri::Data { bytes, .. } => Ok(Cow::Owned(bytes)),
-        Uri::File(path) => read_file(&path, limits.file_bytes).map(Cow::Owned).map_err(|error| {
-            let what = format!("the file \"{}\" cannot be read: {error}", path.display());
-            Fault::new(what, place, "external files stand beside the document")
-        }),
-        Uri::Remote => {
-            Err(Fault::new("the image is no file beside the document", place, "nothing is fetched"))
+    match uri::resolve(uri, directory) {
+        Uri::Data { media_type, bytes } => {
+            if media_type_of(&bytes).is_some_and(|actual| !actual.eq_ignore_ascii_case(media_type)) {
+                let what =
+                    format!("the data URI of an image says \"{}\", which it is not", shorten(media_type));
+                findings.error("INVALID_URI", what, &place, "");
+            }
+            Some(bytes)
         }
-        Uri::Invalid(why) => Err(Fault::new(format!("the URI is invalid: {why}"), place, "")),
+        Uri::File(path) => match read_file(&path, limits.file_bytes) {
+            Ok(bytes) => Some(bytes),
+            Err(error) => {
+                let what = format!("the file \"{}\" cannot be read: {error}", path.display());
+                findings.error("IO_ERROR", what, &place, "external files stand beside the document");
+                None
+            }
+        },
+        Uri::Remote => {
+            let what = format!("\"{}\" is no relative file name", shorten(uri));
+            findings.warn("NON_RELATIVE_URI", what, &place, "the image is shown in magenta");
+            None
+        }
+        Uri::Invalid(why) => {
+            let what = format!("the URI \"{}\" is invalid: {why}", shorten(uri));
+            findings.error("INVALID_URI", what, &place, "");
+            None
+        }
+    }
+}
+
+/// The declared format is the actual one.
+fn check_declared(json: &Json<'_>, bytes: &[u8], place: &str, findings: &mut Findings) {
+    let (Some(declared), Some(actual)) = (json.at("mimeType").text(), media_type_of(bytes)) else { return };
+    if declared != actual {
+        let what = format!("the image is declared as {}, it is {actual}", shorten(declared));
+        findings.error("IMAGE_MIME_TYPE_INVALID", what, place, "");
+    }
+}
+
+/// The format by its first bytes.
+fn media_type_of(bytes: &[u8]) -> Option<&'static str> {
+    let starts = |magic: &[u8]| bytes.starts_with(magic);
+    match () {
+        () if starts(b"\x89PNG\r\n\x1a\n") => Some("image/png"),
+        () if starts(b"\xff\xd8\xff") => Some("image/jpeg"),
+        () if starts(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") => Some("image/webp"),
+        () if starts(b"\xabKTX 20\xbb\r\n\x1a\n") => Some("image/ktx2"),
+        () => None,
     }
 }

@@ -68,7 +68,7 @@ fn surface_of(
         Ok(surface) if surface.triangles.is_empty() => None,
         Ok(surface) => Some(surface),
         Err(fault) => {
-            findings.error("UNUSABLE_PRIMITIVE", fault.what, &fault.place, fault.hint);
+            findings.fault("UNUSABLE_PRIMITIVE", fault);
             None
         }
     }

@@ -4,13 +4,12 @@
 //! the specification, `buffers` and `accessor` give typed arrays, `mesh` (with `primitive`, `topology`), `material`
 //! (with `texture`, `image`), `camera` and `light` turn the parts into the scene's, and `assemble` walks the nodes.
 
-#![allow(dead_code, reason = "parts of the model are read by the checks of the next step")]
-
 mod accessor;
 mod assemble;
 mod buffers;
 mod camera;
 mod container;
+mod extensions;
 mod findings;
 mod image;
 mod json;
@@ -20,9 +19,12 @@ mod mesh;
 mod model;
 mod node;
 mod primitive;
+#[cfg(test)]
+mod reports;
 mod texture;
 mod topology;
 mod uri;
+mod validate;
 
 use crate::{ErrorKind, ImportError, LoadOptions};
 use findings::Findings;
@@ -73,11 +75,16 @@ fn parse(bytes: &[u8], path: &Path, options: &LoadOptions, findings: &mut Findin
             return None;
         }
     };
+    validate::check_schema(&root, findings);
     let directory = path.parent().unwrap_or(Path::new(""));
-    let buffers = buffers::load(&root, container.bin, directory, &options.limits, findings);
+    let sources =
+        buffers::Sources { bin: container.bin, is_glb: container.is_glb, directory, limits: &options.limits };
+    let buffers = buffers::load(&root, &sources, findings);
     let data = accessor::Data::new(&root, buffers);
+    validate::check_rules(&root, &data, findings);
     if findings.has_errors() {
         return None;
     }
+    validate::check_data(&root, &data, findings);
     Some(assemble::assemble(&root, &data, directory, options, findings))
 }

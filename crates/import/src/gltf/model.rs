@@ -166,6 +166,12 @@ impl Accessor {
         self.column_stride() * self.shape.rows_columns().1
     }
 
+    /// Bytes of one element without the padding of its last column.
+    pub(super) fn tight_size(&self) -> usize {
+        let (rows, columns) = self.shape.rows_columns();
+        self.column_stride() * (columns - 1) + rows * self.component.size()
+    }
+
     /// Byte offset of a component within its element.
     pub(super) fn component_offset(&self, component: usize) -> usize {
         let rows = self.shape.rows_columns().0;

@@ -21,7 +21,7 @@ impl Textures {
     /// The number of a texture for a `textureInfo`; `None` if there is none, or it has no image.
     pub(super) fn add(&mut self, root: &Json<'_>, info: &Json<'_>, encoding: Encoding) -> Option<u32> {
         let texture = root.list("textures").get(info.index("index")?)?;
-        let image = self.image(image_of(texture)?);
+        let image = self.image(image_of(texture).filter(|&i| i < root.list("images").len())?);
         let sampler = texture.index("sampler").and_then(|i| root.list("samplers").get(i));
         let transform = info.extension("KHR_texture_transform");
         let uv_set =
