@@ -1,5 +1,4 @@
 //! The collection of models: every well-formed glTF loads, every malformed one is refused or explained.
-#![expect(clippy::print_stdout, reason = "a test says what it skips")]
 
 #![expect(clippy::print_stdout, reason = "a test says what it skips")]
 
