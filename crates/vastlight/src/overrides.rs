@@ -120,10 +120,10 @@ impl Overrides {
 
     /// Changes the scene.
     pub(crate) fn apply(&self, desc: &mut SceneDesc, limits: &Limits) -> Result<(), Error> {
-        for (name, change) in &self.materials {
+        for (name, change) in all_first(&self.materials) {
             self.apply_by_name("material", name, &mut desc.materials, |m| &m.name, |m| change.apply(m))?;
         }
-        for (name, change) in &self.lights {
+        for (name, change) in all_first(&self.lights) {
             self.apply_by_name("light", name, &mut desc.lights, |l| &l.name, |l| change.apply(l))?;
         }
         match &self.environment {
@@ -188,6 +188,12 @@ impl Overrides {
         scale_and_turn(desc, change);
         Ok(())
     }
+}
+
+/// The change of everything (`*`), then those by name.
+fn all_first<T>(changes: &BTreeMap<String, T>) -> impl Iterator<Item = (&String, &T)> {
+    let of_all = changes.iter().filter(|(name, _)| *name == "*");
+    of_all.chain(changes.iter().filter(|(name, _)| *name != "*"))
 }
 
 fn scale_and_turn(desc: &mut SceneDesc, change: &EnvironmentOverride) {

@@ -1,0 +1,243 @@
+//! The command from outside: exit codes, messages, files, figures, determinism.
+
+mod common;
+
+use common::{Outcome, Workspace};
+
+#[test]
+fn mistakes_are_one_line_and_have_their_exit_code() {
+    let w = Workspace::new();
+    let cases: &[(&str, i32, &str)] = &[
+        ("render demo:cornell -o a.bmp", 2, "write to .png or .exr"),
+        ("render demo:cornell -o a.png --ssp 3", 2, "--spp"),
+        ("render demo:cornell", 2, "--output"),
+        ("render demo:cornell -o a.png -r 0x9", 2, "--resolution"),
+        ("render demo:cornell -o a.png --aov depth", 2, "write to .exr"),
+        ("render demo:cornell -o a.exr --aov colour", 2, "known are albedo"),
+        ("render demo:cornell -o a.png --accel nope", 2, "nope"),
+        ("render demo:cornell -o a.png --crop 900,900,901,901 -r 8x8", 2, "--crop"),
+        ("render demo:cornell -o a.png --tonemap sepia", 2, "filmic"),
+        ("render demo:nothing -o a.png", 3, "there are"),
+        ("render missing.glb -o a.png", 3, "missing.glb"),
+        ("render demo:cornell -o a.png --env missing.hdr", 3, "missing.hdr"),
+        ("render demo:cornell -o a.png --override missing.toml", 3, "missing.toml"),
+        ("render demo:cornell -o a.png --camera nobody", 3, "no camera"),
+        ("render demo:cornell -o a.png --memory 1MiB", 4, "budget"),
+        ("render demo:cornell -o a.png --device gpu", 5, "cpu"),
+        ("render demo:cornell -o no/such/a.png", 6, "does not exist"),
+        ("render demo:cornell -o a.png --stats no/such/s.json", 6, "does not exist"),
+        ("diff a.png b.png", 3, "a.png"),
+        ("validate missing.ply", 3, "missing.ply"),
+        ("generate cornell -o a.xyz", 2, ".glb"),
+        ("bench trace demo:cornell --rays missing.rays", 3, "missing.rays"),
+    ];
+    for (arguments, code, text) in cases {
+        let outcome = w.run(arguments);
+        assert_eq!(outcome.code, *code, "{arguments}: {}", outcome.stderr);
+        assert_eq!(outcome.stderr.trim_end().lines().count(), 1, "{arguments}: {}", outcome.stderr);
+        assert!(outcome.stderr.starts_with("error: "), "{arguments}: {}", outcome.stderr);
+        assert!(outcome.stderr.contains(text), "{arguments}: {}", outcome.stderr);
+        assert_eq!(outcome.stdout, "", "{arguments}");
+    }
+    assert_eq!(w.files(), Vec::<String>::new(), "nothing may be left behind");
+}
+
+#[test]
+fn flags_of_later_versions_are_refused_not_ignored() {
+    let w = Workspace::new();
+    let flags = [
+        "--noise 0.1",
+        "--frames 1-3",
+        "--checkpoint c",
+        "--resume",
+        "--passes 1-2",
+        "--denoise",
+        "--caustics photons",
+        "--gpu-memory 1GiB",
+        "--cache-dir d",
+        "--integrator whitted",
+        "--integrator photon-caustics",
+    ];
+    for flag in flags {
+        let outcome = w.run(&format!("render demo:cornell -o a.png -r 8x8 --spp 1 {flag}"));
+        assert_eq!(outcome.code, 2, "{flag}: {}", outcome.stderr);
+        assert!(outcome.stderr.contains("not available yet"), "{flag}: {}", outcome.stderr);
+    }
+    assert_eq!(w.run("render demo:cornell -o a.png -r 8x8 --spp 1 --caustics off").code, 0);
+}
+
+#[test]
+fn a_render_writes_a_picture_and_its_statistics() {
+    let w = Workspace::new();
+    let outcome = w.run("render demo:cornell -o a.exr -r 24x16 --spp 3 --stats s.json -t 2");
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (0, ""), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("3 of 3 spp"), "{}", outcome.stderr);
+    let stats = w.json("s.json");
+    assert_eq!((&stats["device"], &stats["ending"]), (&"cpu".into(), &"complete".into()));
+    assert_eq!([stats["width"].as_u64(), stats["height"].as_u64()], [Some(24), Some(16)]);
+    assert_eq!([stats["samples"].as_u64(), stats["spp_done"].as_u64()], [Some(24 * 16 * 3), Some(3)]);
+    assert_eq!([stats["threads"].as_u64(), stats["passes"].as_u64()], [Some(2), Some(3)]);
+    assert_eq!(stats["non_finite"].as_u64(), Some(0));
+    for positive in ["rays", "shadow_rays", "first_image_ms", "total_ms", "msamples_per_s", "structure_bytes"]
+    {
+        assert!(stats[positive].as_f64().is_some_and(|x| x > 0.0), "{positive}: {stats}");
+    }
+    assert!(stats["scene"]["unique_triangles"].as_u64().is_some_and(|n| n > 0));
+    assert_eq!(w.files(), ["a.exr", "s.json"]);
+}
+
+#[test]
+fn progress_is_json_lines_when_asked_for() {
+    let w = Workspace::new();
+    let outcome = w.run("render demo:cornell -o a.png -r 24x16 --spp 2 --progress json");
+    assert_eq!((outcome.code, outcome.stdout.as_str()), (0, ""));
+    let events: Vec<serde_json::Value> =
+        outcome.stderr.lines().map(|l| serde_json::from_str(l).expect("a JSON line")).collect();
+    assert_eq!(events.first().map(|e| &e["event"]), Some(&"progress".into()));
+    assert!(events[0]["fraction"].as_f64().is_some_and(|f| f > 0.0 && f <= 1.0));
+    let last = events.last().expect("events");
+    assert_eq!((&last["event"], &last["output"]), (&"done".into(), &"a.png".into()));
+    let quiet = w.run("render demo:cornell -o a.png -r 8x8 --spp 1 -q");
+    assert_eq!(quiet, Outcome { code: 0, stdout: String::new(), stderr: String::new() });
+}
+
+#[test]
+fn the_picture_does_not_depend_on_threads_but_on_the_seed() {
+    let w = Workspace::new();
+    let render = |name: &str, flags: &str| {
+        let outcome = w.run(&format!(
+            "render demo:cornell -o {name} -r 40x30 --spp 5 {flags} --aov albedo,normal,depth,alpha,position,object,material"
+        ));
+        assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+        w.bytes(name)
+    };
+    let one = render("1.exr", "-t 1");
+    assert_eq!(render("2.exr", "-t 2"), one);
+    assert_eq!(render("16.exr", "-t 16"), one);
+    assert_ne!(render("seed.exr", "--seed 1"), one);
+    let png = |name: &str, threads: u32| {
+        w.run(&format!("render demo:cornell -o {name} -r 40x30 --spp 5 -t {threads}"));
+        w.bytes(name)
+    };
+    assert_eq!(png("1.png", 1), png("2.png", 16));
+}
+
+#[test]
+fn a_crop_is_the_crop_of_the_whole_picture_bit_for_bit() {
+    let w = Workspace::new();
+    w.run("render demo:cornell -o whole.exr -r 40x30 --spp 3 --aov normal");
+    w.run("render demo:cornell -o crop.exr -r 40x30 --spp 3 --aov normal --crop 7,5,31,26");
+    let read = |name: &str| vastlight::film::read_picture(&w.path(name)).expect("a picture");
+    let (whole, crop) = (read("whole.exr"), read("crop.exr"));
+    assert_eq!((crop.full_size, crop.size()), ([40, 30], [24, 21]));
+    for plane in &crop.planes {
+        let of_whole = whole.plane(&plane.name).expect("the same planes");
+        for (i, value) in plane.values.iter().enumerate() {
+            let (x, y) = (7 + i % 24, 5 + i / 24);
+            assert_eq!(value.to_bits(), of_whole[y * 40 + x].to_bits(), "{} {x} {y}", plane.name);
+        }
+    }
+}
+
+#[test]
+fn diff_tells_equal_from_perturbed() {
+    let w = Workspace::new();
+    w.run("render demo:cornell -o a.exr -r 24x16 --spp 2");
+    w.run("render demo:cornell -o b.exr -r 24x16 --spp 2 --seed 7");
+    let same = w.run("diff a.exr a.exr --tolerance 0");
+    assert_eq!(same.code, 0);
+    let line: serde_json::Value = serde_json::from_str(&same.stdout).expect("one JSON line");
+    assert_eq!((line["mse"].as_f64(), line["max"].as_f64()), (Some(0.0), Some(0.0)));
+    assert_eq!(line["mean_ratio"].as_f64(), Some(1.0));
+    assert!(line["psnr"].is_null());
+    let other = w.run("diff a.exr b.exr -o d.exr --tolerance 1e-9");
+    assert_eq!(other.code, 1);
+    let line: serde_json::Value = serde_json::from_str(&other.stdout).expect("one JSON line");
+    for figure in ["mse", "relmse", "max", "psnr"] {
+        assert!(line[figure].as_f64().is_some_and(|x| x != 0.0), "{figure}: {line}");
+    }
+    assert!(w.path("d.exr").exists());
+    w.run("render demo:cornell -o small.exr -r 8x8 --spp 1");
+    assert_eq!(w.run("diff a.exr small.exr").code, 3);
+}
+
+#[test]
+fn a_time_limit_ends_well_with_an_even_picture() {
+    let w = Workspace::new();
+    let outcome =
+        w.run("render demo:cornell -o a.png -r 32x32 --spp 1000000 --time-limit 300ms --stats s.json");
+    assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+    let stats = w.json("s.json");
+    assert_eq!(stats["ending"], "time_limit");
+    assert!(stats["spp_done"].as_u64().is_some_and(|n| (1..1_000_000).contains(&n)));
+    assert!(w.path("a.png").exists());
+}
+
+#[test]
+fn an_override_changes_the_picture_and_a_wrong_one_is_an_error() {
+    let w = Workspace::new();
+    w.write("dark.toml", "[materials.\"*\"]\nbase_color = [0.01, 0.01, 0.01]\n");
+    w.write("wrong.toml", "[materials.\"*\"]\nbase_colour = [0.01, 0.01, 0.01]\n");
+    w.run("render demo:cornell -o a.exr -r 16x16 --spp 4");
+    assert_eq!(w.run("render demo:cornell -o b.exr -r 16x16 --spp 4 --override dark.toml").code, 0);
+    assert_eq!(w.run("diff a.exr b.exr --tolerance 0.01").code, 1);
+    let wrong = w.run("render demo:cornell -o c.exr -r 16x16 --spp 4 --override wrong.toml");
+    assert!(wrong.code == 3 && wrong.stderr.contains("wrong.toml:2"), "{}", wrong.stderr);
+}
+
+#[test]
+fn a_generated_file_is_repeatable_valid_and_renders() {
+    let w = Workspace::new();
+    for name in ["a.glb", "b.glb", "a.obj", "a.ply"] {
+        let outcome = w.run(&format!("generate cornell -o {name} --seed 3"));
+        assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+    }
+    assert_eq!(w.bytes("a.glb"), w.bytes("b.glb"));
+    for name in ["a.glb", "a.obj", "a.ply"] {
+        assert_eq!(w.run(&format!("validate {name}")).code, 0, "{name}");
+        assert_eq!(w.run(&format!("render {name} -o {name}.png -r 8x8 --spp 1")).code, 0, "{name}");
+    }
+    let info = w.run("info a.glb --json");
+    let info: serde_json::Value = serde_json::from_str(&info.stdout).expect("one JSON object");
+    assert!(info["counts"]["unique_triangles"].as_u64().is_some_and(|n| n > 0));
+    assert!(w.run("info a.glb").stdout.contains("triangles"));
+}
+
+#[test]
+fn benches_print_one_json_line_with_the_agreed_fields() {
+    let w = Workspace::new();
+    let ray = [0.0_f32, 1.0, 20.0, 0.0, 0.0, 0.0, -1.0, 1e30];
+    let rays: Vec<u8> = ray.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>().repeat(64);
+    std::fs::write(w.path("a.rays"), rays).expect("written");
+    let line = |arguments: &str| -> serde_json::Value {
+        let outcome = w.run(arguments);
+        assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+        serde_json::from_str(&outcome.stdout).expect("one JSON line")
+    };
+    let trace = line("bench trace demo:cornell --rays a.rays --repeat 1");
+    let fields =
+        "bench accel triangles build_ms bytes_per_triangle rays mrays_per_s hits sum_t peak_rss_bytes";
+    fields.split(' ').for_each(|f| assert!(!trace[f].is_null(), "{f}: {trace}"));
+    assert_eq!(trace["rays"].as_u64(), Some(64));
+    let build = line("bench build demo:cornell --repeat 1");
+    let fields = "bench accel triangles references nodes build_ms mtri_per_s cost peak_bytes stages";
+    fields.split(' ').for_each(|f| assert!(!build[f].is_null(), "{f}: {build}"));
+    let path = line("bench path demo:cornell -r 16x16 --spp 2");
+    let fields = "bench device msamples_per_s first_image_ms";
+    fields.split(' ').for_each(|f| assert!(!path[f].is_null(), "{f}: {path}"));
+}
+
+/// Ctrl-C while rendering: the picture so far is written, and the code is 130.
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_stops_cleanly() {
+    let w = Workspace::new();
+    let arguments = "render demo:cornell -o a.png -r 64x64 --spp 4000000 --progress json --stats s.json";
+    let mut child = w.spawn(arguments);
+    common::wait_for_line(&mut child, "\"progress\"");
+    common::interrupt(&child);
+    let status = child.wait().expect("ended");
+    assert_eq!(status.code(), Some(130));
+    assert_eq!(w.json("s.json")["ending"], "interrupted");
+    assert_eq!(w.files(), ["a.png", "s.json"]);
+}
