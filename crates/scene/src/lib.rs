@@ -13,6 +13,7 @@ mod lattice;
 mod light;
 mod material;
 mod mesh;
+mod metals;
 mod scene;
 
 pub use camera::{Camera, Projection};

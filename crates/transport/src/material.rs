@@ -1,6 +1,6 @@
 //! From a scene's materials and a point's attributes to the numbers that the scattering needs.
 
-use crate::bsdf::BsdfParams;
+use crate::bsdf::{BsdfParams, Metal};
 use crate::texture::PreparedTexture;
 use vastlight_math::{Frame, Vec2, Vec3, Vec4, real};
 use vastlight_scene::{AlphaMode, Channel, ColorInput, Material, NormalMap, ScalarInput, Scene};
@@ -251,7 +251,7 @@ fn plain(m: &Material) -> Evaluated {
         base_color: m.base_color.factor,
         metallic: m.metallic.factor,
         roughness: m.roughness.factor,
-        conductor: m.conductor,
+        conductor: m.conductor.map(Metal::new),
         ior: m.ior,
         specular: m.specular.factor,
         specular_color: m.specular_color.factor,

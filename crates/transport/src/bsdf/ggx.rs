@@ -29,6 +29,11 @@ impl Ggx {
         self.ax <= SMALLEST_ALPHA && self.ay <= SMALLEST_ALPHA
     }
 
+    /// Whether both widths are equal.
+    pub(crate) fn is_isotropic(&self) -> bool {
+        self.ax == self.ay
+    }
+
     /// Density of microfacet normals `h`, per steradian of h and per unit of macroscopic area.
     pub(crate) fn d(&self, h: Vec3) -> f32 {
         let (x, y) = (h.x / self.ax, h.y / self.ay);
@@ -46,6 +51,32 @@ impl Ggx {
     pub(crate) fn visibility(&self, wo: Vec3, wi: Vec3) -> f32 {
         let sum = wi.z.abs() * self.stretch(wo) + wo.z.abs() * self.stretch(wi);
         0.5 / sum.max(f32::MIN_POSITIVE)
+    }
+
+    /// Share of the light reflected or refracted from a visible microfacet towards `wi` that leaves the surface: G2 / G1.
+    pub(crate) fn unshadowed(&self, wo: Vec3, wi: Vec3) -> f32 {
+        2.0 * self.visibility(wo, wi) * wi.z.abs() * (wo.z.abs() + self.stretch(wo))
+    }
+
+    /// Perceptual roughness of the isotropic surface that loses about as much light between its microfacets, averaged
+    /// over directions.
+    pub(crate) fn mean_roughness(&self) -> f32 {
+        (0.5 * (self.ax * self.ax + self.ay * self.ay)).sqrt().sqrt()
+    }
+
+    /// [`Ggx::mean_roughness`] as seen from one direction: our fit to the albedo of stretched distributions. Near grazing
+    /// more is lost across the rough axis, from above a little more along it.
+    pub(crate) fn roughness_from(&self, w: Vec3) -> f32 {
+        let across = w.x * w.x + w.y * w.y;
+        if self.ax == self.ay || across < 1e-12 {
+            return self.mean_roughness();
+        }
+        let mean = 0.5 * (self.ax * self.ax + self.ay * self.ay);
+        let half = 0.5 * (self.ax * self.ax - self.ay * self.ay);
+        let turn = (w.x * w.x - w.y * w.y) / across;
+        let strength = (0.45 * mean.sqrt() / w.z.abs().max(1e-3) - 0.3).clamp(-0.3, 1.0);
+        let smallest = self.ax.min(self.ay).powi(2);
+        (mean - strength * turn * half).max(smallest).sqrt().sqrt()
     }
 
     /// Density of [`Ggx::sample`] at `h`, per steradian of h, divided by `|wo . h|`.

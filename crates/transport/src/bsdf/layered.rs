@@ -1,227 +1,318 @@
-//! The general material: a microfacet interface (metal or dielectric) over a diffuse or transmitting base.
+//! The general material, from the top: clear coat, sheen, interface, and what leaves in all directions below it.
+//!
+//! A layer lets pass what it does not reflect, the smaller of the shares of both directions: reciprocal, and never
+//! more than it received. One lobe is chosen by its estimated albedo; the density is that of the mixture.
 
-use super::ggx::Ggx;
-use super::{BsdfParams, BsdfSample, color, fresnel, unit};
-use std::f32::consts::FRAC_1_PI;
+use super::coat::Coat;
+use super::cosine::{Cosine, Losses};
+use super::interface::Interface;
+use super::sheen::Sheen;
+use super::{BsdfParams, BsdfSample, color, mean3, unit};
 use vastlight_math::{Vec2, Vec3, warp};
-use vastlight_scene::Conductor;
 
 /// See the module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Layered {
-    base_color: Vec3,
-    metallic: f32,
-    conductor: Option<Conductor>,
-    ggx: Ggx,
-    ior: f32,
-    f0: Vec3,
-    f90: f32,
-    transmission: f32,
-    tint: Vec3,
-    thin: bool,
-    dispersive: bool,
+    interface: Interface,
+    cosine: Cosine,
+    coat: Option<Coat>,
+    sheen: Option<Sheen>,
+    /// The local x axis seen from the highlight's own axes: cosine and sine of its rotation.
+    rotation: Vec2,
+    albedo: Vec3,
 }
 
-/// Directions on the side of `wo`.
-#[derive(Clone, Copy)]
-struct Side {
+/// Probabilities of the lobes; they sum to 1.
+#[derive(Clone, Copy, Default)]
+struct Chances {
+    coat: f32,
+    sheen: f32,
+    interface: f32,
+    up: f32,
+    down: f32,
+}
+
+/// The side that `wo` is on, and what depends on `wo` alone.
+struct Outgoing {
+    /// In the highlight's axes, with `z > 0`.
     wo: Vec3,
-    flip: f32,
+    mirrored: bool,
+    /// In the volume; everything else is outside, whichever side it is seen from.
+    inside: bool,
     eta: f32,
+    coat: Option<Coat>,
+    losses: Losses,
+    passed: Passed,
+    chances: Chances,
+}
+
+/// Shares of light that coat and sheen let pass.
+#[derive(Clone, Copy)]
+struct Passed {
+    coat: f32,
+    sheen: f32,
 }
 
 impl Layered {
     pub(crate) fn new(p: &BsdfParams) -> Self {
-        let ior = p.ior.clamp(1.0, 4.0);
-        let f0 = (fresnel::dielectric_f0(ior) * p.specular_color).min(Vec3::ONE) * unit(p.specular);
+        let interface = Interface::new(p);
+        let rotation =
+            if p.anisotropy > 0.0 { p.anisotropy_direction.normalize_or(Vec2::X) } else { Vec2::X };
+        let (metal, dielectric) = interface.reflectance.normal();
+        let metallic = interface.reflectance.metallic();
         Self {
-            base_color: color(p.base_color),
-            metallic: unit(p.metallic),
-            conductor: p.conductor,
-            ggx: Ggx::new(unit(p.roughness), unit(p.anisotropy)),
-            ior,
-            f0,
-            f90: unit(p.specular),
-            transmission: unit(p.transmission),
-            tint: p.transmission_tint,
-            thin: p.thin || ior < 1.002,
-            dispersive: p.dispersion > 0.0,
+            interface,
+            cosine: Cosine::new(p, &interface),
+            coat: Coat::new(p.clearcoat, p.clearcoat_roughness, rotate(rotation, p.clearcoat_normal)),
+            sheen: Sheen::new(p.sheen_color, p.sheen_roughness),
+            rotation,
+            albedo: color((color(p.base_color) + dielectric).lerp(metal, metallic)),
         }
     }
 
-    fn side(&self, wo: Vec3) -> Side {
-        let inside = wo.z < 0.0 && self.transmission > 0.0 && !self.thin;
-        let flip = if wo.z < 0.0 { -1.0 } else { 1.0 };
-        let eta = if inside { 1.0 / self.ior } else { self.ior };
-        Side { wo: Vec3::new(wo.x, wo.y, wo.z * flip), flip, eta }
-    }
-
-    fn reflectance(&self, cos: f32, eta: f32) -> (Vec3, Vec3) {
-        let metal = match &self.conductor {
-            Some(c) => fresnel::conductor(cos, c),
-            None => self.base_color + (Vec3::ONE - self.base_color) * fresnel::schlick_weight(cos),
+    fn outgoing(&self, wo: Vec3) -> Option<Outgoing> {
+        if wo.z == 0.0 || !wo.is_finite() {
+            return None;
+        }
+        let mirrored = wo.z < 0.0;
+        let inside = mirrored && self.interface.refracts();
+        let coat = if mirrored { self.coat.map(Coat::seen_from_behind) } else { self.coat };
+        let local = self.local(wo, mirrored);
+        let mut out = Outgoing {
+            wo: local,
+            mirrored,
+            inside,
+            eta: self.interface.eta(inside),
+            coat,
+            losses: self.cosine.losses(local, inside, &self.interface),
+            passed: Passed { coat: 1.0, sheen: 1.0 },
+            chances: Chances::default(),
         };
-        let real = fresnel::dielectric(cos, eta);
-        let f0 = fresnel::dielectric_f0(eta);
-        let s = ((real - f0) / (1.0 - f0)).max(0.0);
-        let dielectric = if real >= 1.0 { Vec3::ONE } else { self.f0 + (self.f90 - self.f0) * s };
-        (metal * self.metallic, dielectric * (1.0 - self.metallic))
+        out.passed = self.passed(&out, local);
+        out.chances = self.chances(&out);
+        Some(out)
     }
 
-    /// Reflected share, transmitted share, diffuse share at a cosine.
-    fn shares(&self, cos: f32, eta: f32) -> (Vec3, Vec3, f32) {
-        let (metal, dielectric) = self.reflectance(cos, eta);
-        let rest = (1.0 - self.metallic) - dielectric.max_element();
-        let rest = rest.max(0.0);
-        (
-            metal + dielectric,
-            self.base_color * self.tint * rest * self.transmission,
-            rest * (1.0 - self.transmission),
-        )
+    fn local(&self, w: Vec3, mirrored: bool) -> Vec3 {
+        let w = rotate(self.rotation, w);
+        if mirrored { Vec3::new(w.x, w.y, -w.z) } else { w }
     }
 
-    /// Probabilities of the interface and of the diffuse lobe.
-    fn probabilities(&self, side: &Side) -> (f32, f32) {
-        let (r, t, d) = self.shares(side.wo.z, side.eta);
-        let interface = mean(r) + mean(t);
-        let diffuse = mean(self.base_color) * d;
-        let sum = interface + diffuse;
-        if sum > 0.0 { (interface / sum, diffuse / sum) } else { (0.0, 0.0) }
+    fn outer(&self, w: Vec3, mirrored: bool) -> Vec3 {
+        let w = if mirrored { Vec3::new(w.x, w.y, -w.z) } else { w };
+        rotate(Vec2::new(self.rotation.x, -self.rotation.y), w)
+    }
+
+    /// What coat and sheen let pass for a direction: they lie on the outside of a volume, and on both sides of a wall.
+    fn passed(&self, out: &Outgoing, w: Vec3) -> Passed {
+        let covered = if self.interface.refracts() { (w.z < 0.0) == out.inside } else { true };
+        if !covered {
+            return Passed { coat: 1.0, sheen: 1.0 };
+        }
+        Passed {
+            coat: out.coat.map_or(1.0, |c| 1.0 - c.reflected(w)),
+            sheen: self.sheen.map_or(1.0, |s| s.passed(w.z.abs())),
+        }
+    }
+
+    fn chances(&self, out: &Outgoing) -> Chances {
+        let covered = !out.inside;
+        let coat = if covered { 1.0 - out.passed.coat } else { 0.0 };
+        let sheen = match &self.sheen {
+            Some(sheen) if covered => out.passed.coat * mean3(sheen.reflected(out.wo.z)),
+            _ => 0.0,
+        };
+        let base = out.passed.coat * out.passed.sheen;
+        let (up, down) = self.cosine.shares(&out.losses, out.inside);
+        let chances = Chances {
+            coat,
+            sheen,
+            interface: base * self.interface_share(out),
+            up: base * mean3(up),
+            down: base * mean3(down),
+        };
+        chances.normalized()
+    }
+
+    /// Estimated share of light that the interface reflects or transmits after one bounce.
+    fn interface_share(&self, out: &Outgoing) -> f32 {
+        let at = self.interface.reflectance.at(out.wo.z, out.eta);
+        let mirror = mean3(at.reflected) + mean3(self.interface.transmitted) * at.passed;
+        if self.interface.ggx.is_delta() || !self.cosine.is_some() || self.interface.reflectance.has_film() {
+            return mirror;
+        }
+        // A rough interface has microfacets that face the light: less Fresnel rise than a mirror at grazing angles.
+        let Losses { full, rise, .. } = out.losses;
+        let metallic = self.interface.reflectance.metallic();
+        let (metal, dielectric) = self.interface.reflectance.normal();
+        let reflected = |f0: Vec3, f90: f32| mean3(f0) * (1.0 - full - rise) + f90 * rise;
+        let dielectric = reflected(dielectric, self.interface.reflectance.grazing());
+        let passed = (1.0 - full - dielectric).max(0.0) * mean3(self.interface.transmitted);
+        metallic * reflected(metal, 1.0) + (1.0 - metallic) * (dielectric + passed)
     }
 
     pub(crate) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
-        let side = self.side(wo);
-        self.eval_oriented(&side, Vec3::new(wi.x, wi.y, wi.z * side.flip))
+        match self.outgoing(wo) {
+            Some(out) => self.evaluate(&out, self.local(wi, out.mirrored)),
+            None => (Vec3::ZERO, 0.0),
+        }
     }
 
-    fn eval_oriented(&self, side: &Side, wi: Vec3) -> (Vec3, f32) {
-        let wo = side.wo;
-        if wo.z <= 0.0 || wi.z == 0.0 {
+    fn evaluate(&self, out: &Outgoing, wi: Vec3) -> (Vec3, f32) {
+        if wi.z == 0.0 {
             return (Vec3::ZERO, 0.0);
         }
-        let (p_interface, p_diffuse) = self.probabilities(side);
-        let (mut f, mut pdf) = (Vec3::ZERO, 0.0);
-        if wi.z > 0.0 && p_diffuse > 0.0 {
-            let (_, _, d) = self.shares(side.wo.z, side.eta);
-            f += self.base_color * (d * wi.z * FRAC_1_PI);
-            pdf += p_diffuse * warp::cosine_hemisphere_pdf(wi.z);
+        let (mut f, pdf) = self.interface.evaluate(out.wo, wi, out.eta);
+        let mut pdf = pdf * out.chances.interface;
+        let chance = if wi.z > 0.0 { out.chances.up } else { out.chances.down };
+        if chance > 0.0 {
+            let into = self.cosine.losses(
+                wi,
+                out.inside != (wi.z < 0.0 && self.interface.refracts()),
+                &self.interface,
+            );
+            let scale = self.interface.radiance_scale(out.eta, wi);
+            f += self.cosine.evaluate(&out.losses, &into, wi, out.inside) / scale;
+            pdf += chance * warp::cosine_hemisphere_pdf(wi.z.abs());
         }
-        if p_interface > 0.0 && !self.ggx.is_delta() {
-            let (fi, pi) = if wi.z > 0.0 || self.thin {
-                self.eval_reflection(side, wi)
-            } else {
-                self.eval_refraction(side, wi)
-            };
-            f += fi;
-            pdf += p_interface * pi;
+        if self.coat.is_some() || self.sheen.is_some() {
+            self.cover(out, wi, &mut f, &mut pdf);
         }
         (f, pdf)
     }
 
-    /// Reflection, or its mirror image behind a thin wall.
-    fn eval_reflection(&self, side: &Side, wi: Vec3) -> (Vec3, f32) {
-        let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
-        let h = (side.wo + mirrored).normalize_or(Vec3::Z);
-        let (r, t, _) = self.shares(side.wo.dot(h), side.eta);
-        let (share, other) = if wi.z > 0.0 { (r, t) } else { (t, r) };
-        let f = share * (self.ggx.d(h) * self.ggx.visibility(side.wo, mirrored) * mirrored.z);
-        let choice = mean(share) / (mean(share) + mean(other)).max(f32::MIN_POSITIVE);
-        (f, 0.25 * self.ggx.visible_density(side.wo, h) * choice)
-    }
-
-    fn eval_refraction(&self, side: &Side, wi: Vec3) -> (Vec3, f32) {
-        let (wo, eta) = (side.wo, side.eta);
-        let h = wo + wi * eta;
-        let h = (h * -1.0_f32.copysign(-h.z)).normalize_or(Vec3::Z);
-        let (cos_o, cos_i) = (wo.dot(h), wi.dot(h));
-        if cos_o <= 0.0 || cos_i >= 0.0 {
-            return (Vec3::ZERO, 0.0);
+    /// Lays sheen and coat over the base.
+    fn cover(&self, out: &Outgoing, wi: Vec3, f: &mut Vec3, pdf: &mut f32) {
+        let passed = self.passed(out, wi);
+        let above = wi.z > 0.0 && !out.inside;
+        *f *= out.passed.sheen.min(passed.sheen);
+        if let (Some(sheen), true) = (&self.sheen, above) {
+            let (fs, ps) = sheen.evaluate(out.wo, wi);
+            *f += fs;
+            *pdf += out.chances.sheen * ps;
         }
-        let (r, t, _) = self.shares(cos_o, eta);
-        let denominator = cos_o + eta * cos_i;
-        let jacobian = -cos_i / (denominator * denominator);
-        let f = t * (4.0 * self.ggx.d(h) * self.ggx.visibility(wo, wi) * wi.z.abs() * cos_o * jacobian);
-        let choice = mean(t) / (mean(t) + mean(r)).max(f32::MIN_POSITIVE);
-        (f, self.ggx.visible_density(wo, h) * cos_o * jacobian * eta * eta * choice)
+        *f *= out.passed.coat.min(passed.coat);
+        if let (Some(coat), true) = (&out.coat, above) {
+            let (fc, pc) = coat.evaluate(out.wo, wi);
+            *f += Vec3::splat(fc);
+            *pdf += out.chances.coat * pc;
+        }
     }
 
     pub(crate) fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let side = self.side(wo);
-        let (p_interface, p_diffuse) = self.probabilities(&side);
-        if side.wo.z <= 0.0 || p_interface + p_diffuse <= 0.0 {
-            return None;
+        let out = self.outgoing(wo)?;
+        let (lobe, u_rest) = out.chances.choose(u_lobe)?;
+        match lobe {
+            Lobe::Coat => self.sample_coat(&out, u),
+            Lobe::Sheen => self.finish(&out, Sheen::sample(u)),
+            Lobe::Interface => self.sample_interface(&out, u_rest, u),
+            Lobe::Up => self.finish(&out, warp::cosine_hemisphere(u)),
+            Lobe::Down => self.finish(&out, -warp::cosine_hemisphere(u)),
         }
-        if u_lobe >= p_interface {
-            return self.finish(&side, warp::cosine_hemisphere(u));
+    }
+
+    fn sample_coat(&self, out: &Outgoing, u: Vec2) -> Option<BsdfSample> {
+        let coat = out.coat?;
+        let wi = coat.sample(out.wo, u).filter(|wi| wi.z > 0.0)?;
+        if coat.is_delta() {
+            return self.mirror(out, wi, Vec3::splat(coat.reflected(out.wo) / out.chances.coat));
         }
-        let u_choice = u_lobe / p_interface;
-        let delta = self.ggx.is_delta();
-        let h = if delta { Vec3::Z } else { self.ggx.sample(side.wo, u) };
-        let (r, t, _) = self.shares(side.wo.dot(h), side.eta);
-        let choice = mean(r) / (mean(r) + mean(t));
-        let reflected = h * (2.0 * side.wo.dot(h)) - side.wo;
-        let (wi, share, probability) = if u_choice < choice {
-            (reflected, r, choice)
-        } else if self.thin {
-            (Vec3::new(reflected.x, reflected.y, -reflected.z), t, 1.0 - choice)
-        } else {
-            (fresnel::refract(side.wo, h, side.eta)?, t, 1.0 - choice)
-        };
-        if reflected.z <= 0.0 && (u_choice < choice || self.thin) {
-            return None;
+        self.finish(out, wi)
+    }
+
+    fn sample_interface(&self, out: &Outgoing, u_choice: f32, u: Vec2) -> Option<BsdfSample> {
+        let drawn = self.interface.sample(out.wo, out.eta, u_choice, u)?;
+        if !self.interface.ggx.is_delta() {
+            return self.finish(out, drawn.wi);
         }
-        if !delta {
-            return self.finish(&side, wi);
-        }
-        let scale = self.radiance_scale(&side, wi);
-        Some(BsdfSample {
-            wi: Vec3::new(wi.x, wi.y, wi.z * side.flip),
-            weight: share / (probability * p_interface * scale),
+        let passed = self.passed(out, drawn.wi);
+        let cover = out.passed.coat.min(passed.coat) * out.passed.sheen.min(passed.sheen);
+        self.mirror(out, drawn.wi, drawn.weight * (cover / out.chances.interface))
+    }
+
+    /// A sample of a mirror-like lobe.
+    fn mirror(&self, out: &Outgoing, wi: Vec3, weight: Vec3) -> Option<BsdfSample> {
+        (weight.max_element() > 0.0 && weight.is_finite()).then(|| BsdfSample {
+            wi: self.outer(wi, out.mirrored),
+            weight,
             pdf: 0.0,
             delta: true,
             transmitted: wi.z < 0.0,
-            radiance_scale: scale,
-            dispersed: self.disperses(wi),
+            radiance_scale: self.interface.radiance_scale(out.eta, wi),
+            dispersed: self.interface.disperses(wi),
         })
     }
 
-    fn radiance_scale(&self, side: &Side, wi: Vec3) -> f32 {
-        if wi.z < 0.0 && !self.thin { side.eta * side.eta } else { 1.0 }
-    }
-
-    fn disperses(&self, wi: Vec3) -> bool {
-        wi.z < 0.0 && self.dispersive && !self.thin
-    }
-
-    fn finish(&self, side: &Side, wi: Vec3) -> Option<BsdfSample> {
-        let (f, pdf) = self.eval_oriented(side, wi);
-        if pdf <= 0.0 || !pdf.is_finite() {
-            return None;
-        }
-        Some(BsdfSample {
-            wi: Vec3::new(wi.x, wi.y, wi.z * side.flip),
-            weight: f / pdf,
-            pdf,
-            delta: false,
-            transmitted: wi.z < 0.0,
-            radiance_scale: self.radiance_scale(side, wi),
-            dispersed: self.disperses(wi),
-        })
+    /// A sample of a lobe of finite width: weighed with all of them.
+    fn finish(&self, out: &Outgoing, wi: Vec3) -> Option<BsdfSample> {
+        let (f, pdf) = self.evaluate(out, wi);
+        let sample = self.mirror(out, wi, f / pdf)?;
+        Some(BsdfSample { pdf, delta: false, ..sample })
     }
 
     pub(crate) fn albedo(&self) -> Vec3 {
-        self.base_color
+        self.albedo
     }
 
     pub(crate) fn has_nondelta(&self) -> bool {
-        !self.ggx.is_delta() || (self.metallic < 1.0 && self.transmission < 1.0)
+        !self.interface.ggx.is_delta()
+            || self.cosine.is_some()
+            || self.sheen.is_some()
+            || self.coat.is_some_and(|c| !c.is_delta())
     }
 
     pub(crate) fn transmits(&self) -> bool {
-        self.transmission > 0.0 && self.metallic < 1.0 && !self.ggx.is_delta()
+        self.interface.transmits() && !self.interface.ggx.is_delta()
     }
 }
 
-fn mean(c: Vec3) -> f32 {
-    (c.x + c.y + c.z) * (1.0 / 3.0)
+#[derive(Clone, Copy)]
+enum Lobe {
+    Coat,
+    Sheen,
+    Interface,
+    Up,
+    Down,
+}
+
+impl Chances {
+    fn normalized(self) -> Self {
+        let sum = self.coat + self.sheen + self.interface + self.up + self.down;
+        let scale = if sum > 0.0 && sum.is_finite() { 1.0 / sum } else { 0.0 };
+        Self {
+            coat: self.coat * scale,
+            sheen: self.sheen * scale,
+            interface: self.interface * scale,
+            up: self.up * scale,
+            down: self.down * scale,
+        }
+    }
+
+    /// The lobe at `u`, and the rest of `u` as a new uniform number. `None` if there is no lobe.
+    fn choose(&self, u: f32) -> Option<(Lobe, f32)> {
+        let lobes = [
+            (Lobe::Interface, self.interface),
+            (Lobe::Up, self.up),
+            (Lobe::Down, self.down),
+            (Lobe::Coat, self.coat),
+            (Lobe::Sheen, self.sheen),
+        ];
+        let (mut start, mut last) = (0.0, None);
+        for (lobe, chance) in lobes {
+            if chance > 0.0 {
+                if u < start + chance {
+                    return Some((lobe, unit((u - start) / chance).min(1.0 - f32::EPSILON)));
+                }
+                start += chance;
+                last = Some((lobe, 1.0 - f32::EPSILON));
+            }
+        }
+        last
+    }
+}
+
+/// The direction in axes that are rotated by the angle of this cosine and sine.
+fn rotate(rotation: Vec2, w: Vec3) -> Vec3 {
+    let (c, s) = (rotation.x, rotation.y);
+    Vec3::new(w.x * c + w.y * s, w.y * c - w.x * s, w.z)
 }

@@ -4,14 +4,26 @@
 //! `y` the bitangent. `wo` and `wi` are unit vectors that point away from the surface; `wo` is where the path comes
 //! from (towards the camera), `wi` where light comes from.
 
+mod albedo;
+mod coat;
+mod cosine;
+mod dispersion;
 mod fresnel;
 mod ggx;
+mod interface;
+mod iridescence;
 mod lambert;
 mod layered;
+mod reflectance;
+mod sheen;
+#[cfg(test)]
+mod tests;
+
+pub use dispersion::Wavelength;
+pub use reflectance::Metal;
 
 use layered::Layered;
 use vastlight_math::{Vec2, Vec3};
-use vastlight_scene::Conductor;
 
 /// The numbers of a material at one point: no textures, nothing to look up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +35,7 @@ pub struct BsdfParams {
     /// Perceptual roughness, 0..1; the microfacet width alpha is its square.
     pub roughness: f32,
     /// A measured metal that replaces the base colour in the metal's reflectance.
-    pub conductor: Option<Conductor>,
+    pub conductor: Option<Metal>,
     /// Index of refraction of the inside against the outside; 0 means infinite.
     pub ior: f32,
     /// Strength of the dielectric reflection, 0..1.
@@ -127,6 +139,10 @@ pub struct Bsdf {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "lives on the stack of one shading point; a box would allocate"
+)]
 enum Kind {
     Lambert(Vec3),
     Layered(Layered),
@@ -221,7 +237,21 @@ fn color(c: Vec3) -> Vec3 {
     Vec3::new(unit(c.x), unit(c.y), unit(c.z))
 }
 
+/// A colour without negative or infinite channels.
+fn positive(c: Vec3) -> Vec3 {
+    let channel = |x: f32| if x > 0.0 { x.min(1e6) } else { 0.0 };
+    Vec3::new(channel(c.x), channel(c.y), channel(c.z))
+}
+
 /// A number in [0, 1]; 0 where it is not a number.
 fn unit(x: f32) -> f32 {
     if x > 0.0 { x.min(1.0) } else { 0.0 }
+}
+
+fn max3(c: Vec3) -> f32 {
+    c.x.max(c.y).max(c.z)
+}
+
+fn mean3(c: Vec3) -> f32 {
+    (c.x + c.y + c.z) * (1.0 / 3.0)
 }
