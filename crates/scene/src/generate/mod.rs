@@ -23,7 +23,10 @@ mod palette;
 mod shape;
 #[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod solids;
+mod statue;
+mod still_life;
 #[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod terrain;
 mod textures;
 #[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod tree;
@@ -62,6 +65,13 @@ const DEMOS: &[Demo] = &[
         make: caustic_sphere::caustic_sphere,
     },
     Demo { name: "cornell", sizes: None, make: cornell::cornell },
+    Demo { name: "statue", sizes: Some(Sizes { least: 2_000, most: 4_000_000_000 }), make: statue::statue },
+    Demo { name: "still-life", sizes: None, make: still_life::still_life },
+    Demo {
+        name: "terrain",
+        sizes: Some(Sizes { least: 1_000, most: 4_000_000_000 }),
+        make: terrain::terrain,
+    },
 ];
 
 /// The names that [`by_name`] knows, in alphabetical order.

@@ -88,6 +88,18 @@ impl Shape {
         self.transformed(&turn(angle))
     }
 
+    /// This shape with flat faces: every triangle has its own vertices.
+    pub(super) fn faceted(&self) -> Self {
+        let mut flat = Self::default();
+        for t in &self.triangles {
+            let [a, b, c] = t.map(|i| self.positions[i as usize]);
+            let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
+            let [a, b, c] = t.map(|i| flat.vertex(self.positions[i as usize], normal, self.uvs[i as usize]));
+            flat.triangle(a, b, c);
+        }
+        flat
+    }
+
     /// Gives every vertex one colour.
     pub(super) fn colored(mut self, color: Vec3) -> Self {
         self.colors = vec![color.extend(1.0); self.positions.len()];
@@ -147,4 +159,19 @@ impl Assembly {
             parts: self.parts,
         }
     }
+}
+
+/// Moves vertices along their normals by `height` of their position, and bends the normals accordingly. Vertices at
+/// one place move alike, so closed shapes stay closed where their normals agree.
+pub(super) fn displaced(mut shape: Shape, height: impl Fn(Vec3) -> f32) -> Shape {
+    let size = vastlight_math::Aabb::from_points(shape.positions.iter().copied()).size().length();
+    let e = size * 1e-4;
+    for (p, n) in shape.positions.iter_mut().zip(&mut shape.normals) {
+        let frame = vastlight_math::Frame::from_z(*n);
+        let slope = |t: Vec3| (height(*p + t * e) - height(*p - t * e)) / (2.0 * e);
+        let (dx, dy) = (slope(frame.x), slope(frame.y));
+        *p += *n * height(*p);
+        *n = (frame.z - frame.x * dx - frame.y * dy).normalize_or(frame.z);
+    }
+    shape
 }

@@ -3,17 +3,18 @@
 use super::chance::Chance;
 use super::noise::{fbm, noise, smoothstep};
 use crate::{Image, Texels};
+use rayon::prelude::*;
 use vastlight_math::{Vec2, Vec3, real::pow, real::sin_cos};
 
 /// An sRGB image from a function of the unit square to linear colours.
-pub(super) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec3) -> Image {
-    let mut texels = Vec::with_capacity((size * size * 3) as usize);
-    for y in 0..size {
-        for x in 0..size {
+pub(super) fn paint(name: &str, size: u32, color: impl Fn(Vec2) -> Vec3 + Copy + Sync + Send) -> Image {
+    let row = |y: u32| {
+        (0..size).flat_map(move |x| {
             let uv = (Vec2::new(x as f32, y as f32) + 0.5) / size as f32;
-            texels.extend(color(uv).to_array().map(encode));
-        }
-    }
+            color(uv).to_array().map(encode)
+        })
+    };
+    let texels = (0..size).into_par_iter().flat_map_iter(row).collect();
     Image { name: name.into(), width: size, height: size, channels: 3, texels: Texels::U8(texels) }
 }
 
@@ -87,4 +88,9 @@ pub(super) fn weave(name: &str, warp: Vec3, weft: Vec3, threads: u32, seed: u32)
         let slub = 1.0 + 0.15 * noise(Vec3::new(along.floor() * 7.3, across, 0.5), seed);
         (if over { warp } else { weft }) * (round * slub)
     })
+}
+
+/// One colour, clouded by `strength`.
+pub(super) fn mottled(uv: Vec2, color: Vec3, strength: f32, seed: u32) -> Vec3 {
+    color * (1.0 + strength * (tiled(uv, 1.5, 6, seed) + 0.5 * tiled(uv, 7.0, 3, seed + 3))).max(0.0)
 }
