@@ -28,13 +28,23 @@ struct Tables {
 }
 
 impl Tables {
-    fn view(&mut self, offset: u64, length: u64, target: Option<u32>) -> usize {
-        let mut view = json!({"buffer": 0, "byteOffset": offset, "byteLength": length});
-        if let Some(target) = target {
-            view["target"] = target.into();
-        }
-        self.views.push(view);
+    fn view(&mut self, offset: u64, length: u64) -> usize {
+        self.views.push(json!({"buffer": 0, "byteOffset": offset, "byteLength": length}));
         self.views.len() - 1
+    }
+
+    /// A view of one attribute, which several primitives may share.
+    fn vertex_view(&mut self, offset: u64, length: u64, stride: u64) -> usize {
+        let view = self.view(offset, length);
+        self.views[view]["byteStride"] = stride.into();
+        self.views[view]["target"] = ARRAY_BUFFER.into();
+        view
+    }
+
+    fn index_view(&mut self, offset: u64, length: u64) -> usize {
+        let view = self.view(offset, length);
+        self.views[view]["target"] = ELEMENT_BUFFER.into();
+        view
     }
 }
 
@@ -97,7 +107,7 @@ impl Document<'_> {
         for (image, &(offset, length)) in self.scene.images().iter().zip(&self.layout.images) {
             numbers.push(images.len());
             if length > 0 {
-                let view = tables.view(offset, length, None);
+                let view = tables.view(offset, length);
                 images.push(json!({"name": image.name, "mimeType": "image/png", "bufferView": view}));
             }
         }
@@ -183,7 +193,7 @@ fn mesh_json(mesh: &Mesh, primitives: &[Primitive], offset: u64, tables: &mut Ta
         .into_iter()
         .map(|(name, kind, size)| {
             let length = size * mesh.positions.len() as u64;
-            let view = tables.view(at, length, Some(ARRAY_BUFFER));
+            let view = tables.vertex_view(at, length, size);
             at += length;
             (name, kind, size, view)
         })
@@ -223,7 +233,7 @@ fn primitive_json(
     }
     let size = if primitive.short_indices { 2 } else { 4 };
     let count = primitive.triangles.len() as u64 * 3;
-    let view = tables.view(index_offset, count * size, Some(ELEMENT_BUFFER));
+    let view = tables.index_view(index_offset, count * size);
     let indices = tables.accessors.len();
     tables.accessors.push(json!({
         "bufferView": view,
