@@ -8,6 +8,7 @@ mod environment;
 mod error;
 mod format;
 mod gltf;
+mod ies;
 mod limits;
 mod number;
 mod obj;
@@ -22,6 +23,7 @@ pub use environment::load_environment;
 pub use error::{ErrorKind, ImportError};
 pub use format::{SceneFormat, detect};
 pub use gltf::validate as validate_gltf;
+pub use ies::{load_ies, parse_ies};
 pub use limits::Limits;
 pub use texels::decode_image;
 
