@@ -180,6 +180,7 @@ fn continue_path(vertex: &Vertex, bsdf: &Bsdf, path: &mut PathState, random: &Ve
     path.eta_squared *= next.radiance_scale;
     path.pdf = if next.delta { 0.0 } else { next.pdf };
     path.scattered |= !next.delta;
+    path.dispersed |= next.dispersed;
     if next.transmitted {
         path.media = vertex.media_behind(path.media);
     }

@@ -1,11 +1,11 @@
 //! A path's vertex: the surface that a ray met, its material and its scattering.
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Wavelength};
 use crate::material::Evaluated;
 use crate::medium::MediumStack;
 use crate::sample::Sample;
 use crate::surface::Surface;
-use crate::wavefront::{Context, PathState};
+use crate::wavefront::{Context, PathState, WAVELENGTH_DIMENSION};
 use vastlight_math::{Frame, Ray, Vec3};
 use vastlight_trace::Hit;
 
@@ -63,6 +63,10 @@ impl Vertex {
         let mut params = self.evaluated.params;
         if !self.bounds_volume() {
             return Bsdf::new(&params);
+        }
+        if params.dispersion > 0.0 {
+            let u = path.sampler.at_dimension(WAVELENGTH_DIMENSION).next_1d();
+            Wavelength::new(u, path.dispersed).apply(&mut params);
         }
         let around = if self.outside { path.media } else { path.media.left(self.material) };
         if let Some(medium) = around.current() {

@@ -35,6 +35,8 @@ pub(crate) struct Cosine {
     /// Table axis of the reflection's curve, and of the refraction.
     contrast: f32,
     volume_contrast: f32,
+    /// The inside is optically rarer than the outside: a bubble.
+    rarer: bool,
     /// The dielectric's reflectance at normal incidence and at grazing, largest channel.
     ends: [f32; 2],
     /// Largest channel of the light that the opaque dielectric reflects after several bounces.
@@ -82,6 +84,7 @@ impl Cosine {
             roughness,
             contrast,
             volume_contrast: super::albedo::contrast(interface.ior()),
+            rarer: interface.ior() < 1.0,
             ends: [max3(f0), f90],
             bounced: if compensate { max3(bounced) } else { 0.0 },
             full_up: metal + (bounced * opaque + average * (transmission * wall)) * dielectric,
@@ -114,7 +117,9 @@ impl Cosine {
     /// Shares the losses of a rough volume's surface out between its sides, so that both directions through it agree:
     /// what goes in over the mean loss inside is `ior^2` times what comes out over the mean loss outside.
     fn split_volume_loss(&mut self, ior: f32, weight: f32) {
-        let loss = |inside| tables().bounce_average(inside, self.volume_contrast, self.roughness).loss;
+        let loss = |inside| {
+            tables().bounce_average(self.is_dense(inside), self.volume_contrast, self.roughness).loss
+        };
         let (outside, inside) = (loss(false), loss(true));
         if outside < 0.1 * SMALLEST_LOSS || inside < 0.1 * SMALLEST_LOSS {
             return;
@@ -129,19 +134,25 @@ impl Cosine {
         }
     }
 
+    /// Whether a side of the surface is the optically denser one: the tables know outside and inside of glass.
+    fn is_dense(&self, inside: bool) -> bool {
+        inside != self.rarer
+    }
+
     /// One over the mean share of light that reaches the base; 0 where nothing does.
     fn over_base_average(&self, inside: bool) -> f32 {
-        let rise = tables().bounce_average(inside, self.contrast, self.roughness).rise;
+        let dense = self.is_dense(inside);
+        let rise = tables().bounce_average(dense, self.contrast, self.roughness).rise;
         let full = tables().full_average(self.roughness);
-        let average = self.reaches_base(full, rise, inside);
+        let average = self.reaches_base(full, rise, dense);
         if average > 1e-3 { 1.0 / average } else { 0.0 }
     }
 
     /// What the dielectric does not reflect, of a direction whose full albedo and rise are given.
-    fn reaches_base(&self, full: f32, rise: f32, inside: bool) -> f32 {
+    fn reaches_base(&self, full: f32, rise: f32, dense: bool) -> f32 {
         let [f0, f90] = self.ends;
         // Total internal reflection is total, whatever the strength of the specular reflection.
-        let f90 = if inside { 1.0 } else { f90 };
+        let f90 = if dense { 1.0 } else { f90 };
         (1.0 - f0 * (full - rise) - f90 * rise - self.bounced * (1.0 - full)).max(0.0)
     }
 
@@ -156,11 +167,12 @@ impl Cosine {
         }
         let roughness = interface.ggx.roughness_from(w);
         let full = tables().full(cos, roughness);
-        let Bounce { rise, mut loss } = tables().bounce(inside, self.contrast, cos, roughness);
+        let dense = self.is_dense(inside);
+        let Bounce { rise, mut loss } = tables().bounce(dense, self.contrast, cos, roughness);
         if self.contrast != self.volume_contrast {
-            loss = tables().bounce(inside, self.volume_contrast, cos, roughness).loss;
+            loss = tables().bounce(dense, self.volume_contrast, cos, roughness).loss;
         }
-        Losses { full: 1.0 - full, base: self.reaches_base(full, rise, inside), volume: loss, rise }
+        Losses { full: 1.0 - full, base: self.reaches_base(full, rise, dense), volume: loss, rise }
     }
 
     /// A smooth interface loses nothing, and what it lets pass is known exactly. (A film's mean comes from a bound, which
@@ -168,8 +180,9 @@ impl Cosine {
     fn smooth_losses(&self, cos: f32, inside: bool, interface: &Interface) -> Losses {
         let mut base = interface.passed_to_base(cos, inside);
         if interface.reflectance.has_film() {
-            let rise = tables().bounce(inside, self.contrast, cos, 0.0).rise;
-            base = base.min(self.reaches_base(1.0, rise, inside));
+            let dense = self.is_dense(inside);
+            let rise = tables().bounce(dense, self.contrast, cos, 0.0).rise;
+            base = base.min(self.reaches_base(1.0, rise, dense));
         }
         Losses { base, ..Losses::default() }
     }

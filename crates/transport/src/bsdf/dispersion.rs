@@ -19,10 +19,11 @@ pub struct Wavelength {
 }
 
 impl Wavelength {
-    /// A provisional wavelength from `u` in [0, 1).
+    /// The wavelength for `u` in [0, 1), always the same for one path. `chosen`: the path has already gone on with this
+    /// wavelength alone, because a sample was [`super::BsdfSample::dispersed`].
     #[must_use]
-    pub fn new(u: f32) -> Self {
-        Self { nanometres: RANGE[0] + (RANGE[1] - RANGE[0]) * u, chosen: false }
+    pub fn new(u: f32, chosen: bool) -> Self {
+        Self { nanometres: RANGE[0] + (RANGE[1] - RANGE[0]) * u, chosen }
     }
 
     /// In nanometres.
@@ -31,18 +32,8 @@ impl Wavelength {
         self.nanometres
     }
 
-    /// Whether the path has gone on with this wavelength alone.
-    #[must_use]
-    pub fn is_chosen(&self) -> bool {
-        self.chosen
-    }
-
-    /// To be called when a sample was [`super::BsdfSample::dispersed`] (its weight carried the RGB weight already).
-    pub fn choose(&mut self) {
-        self.chosen = true;
-    }
-
-    /// Sets the index of refraction and the colour of transmission for this wavelength, where the material disperses.
+    /// Sets the index of refraction for this wavelength where the material disperses, and the colour that light takes
+    /// when it is transmitted: the wavelength's RGB weight the first time, white from then on.
     pub fn apply(&self, params: &mut BsdfParams) {
         if params.dispersion > 0.0 && !params.thin && params.ior > 0.0 {
             params.ior = cauchy(params.ior, params.dispersion, self.nanometres);
@@ -82,7 +73,7 @@ mod tests {
         let n = 10_000;
         let mut sum = Vec3::ZERO;
         for i in 0..n {
-            let w = rgb_weight(Wavelength::new((i as f32 + 0.5) / n as f32).nanometres());
+            let w = rgb_weight(Wavelength::new((i as f32 + 0.5) / n as f32, false).nanometres());
             assert!(w.min_element() > -1e-6);
             sum += w;
         }

@@ -31,15 +31,15 @@ pub(crate) struct Drawn {
 impl Interface {
     pub(crate) fn new(p: &BsdfParams) -> Self {
         let transmission = unit(p.transmission) * (1.0 - unit(p.metallic));
-        let smallest = if p.thin { 1.0 } else { 1.0 + SMALLEST_STEP };
         // An infinite index (0) cannot refract: only its reflection is infinite.
-        let ior = if p.ior > 0.0 { p.ior.clamp(smallest, 4.0) } else { 1.5 };
+        let ior = if p.ior > 0.0 { p.ior.clamp(0.25, 4.0) } else { 1.5 };
+        let same = !p.thin && (ior - 1.0).abs() < SMALLEST_STEP;
         let tint = if transmission > 0.0 { positive(p.transmission_tint) } else { Vec3::ZERO };
         Self {
             ggx: Ggx::new(unit(p.roughness), unit(p.anisotropy)),
             reflectance: Reflectance::new(p),
             transmitted: color(p.base_color) * tint * unit(p.transmission),
-            ior,
+            ior: if same { 1.0 + SMALLEST_STEP } else { ior },
             thin: p.thin,
             dispersive: p.dispersion > 0.0 && !p.thin,
         }

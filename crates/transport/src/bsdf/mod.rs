@@ -36,7 +36,7 @@ pub struct BsdfParams {
     pub roughness: f32,
     /// A measured metal that replaces the base colour in the metal's reflectance.
     pub conductor: Option<Metal>,
-    /// Index of refraction of the inside against the outside; 0 means infinite.
+    /// Index of refraction of the inside against the outside (below 1 for a bubble in glass); 0 means infinite.
     pub ior: f32,
     /// Strength of the dielectric reflection, 0..1.
     pub specular: f32,

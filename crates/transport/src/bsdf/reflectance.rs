@@ -52,10 +52,9 @@ pub(crate) struct Reflectance {
 }
 
 impl Reflectance {
-    /// `ior` is the index that [`Reflectance::at`] will be asked with, or 0.
     pub(crate) fn new(p: &BsdfParams) -> Self {
         let infinite = p.ior <= 0.0 || p.ior.is_nan();
-        let normal = if infinite { 1.0 } else { fresnel::dielectric_f0(p.ior.max(1.0)) };
+        let normal = if infinite { 1.0 } else { fresnel::dielectric_f0(p.ior.min(4.0)) };
         Self {
             metallic: unit(p.metallic),
             metal_f0: p.conductor.map_or(color(p.base_color), |m| m.normal),
@@ -103,7 +102,11 @@ impl Reflectance {
         };
         let bare = self.f0 + (self.f90 - self.f0) * rise;
         // The film knows the angle outside.
-        let outside = if eta < 1.0 { (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt() } else { cos };
+        let outside = if eta < 1.0 && self.film.is_some() {
+            (1.0 - (1.0 - cos * cos) / (eta * eta)).max(0.0).sqrt()
+        } else {
+            cos
+        };
         self.with_film(bare, self.f0, outside)
     }
 
@@ -148,7 +151,7 @@ impl Reflectance {
         if self.infinite {
             1.5
         } else if self.film.is_some() {
-            ior.max(1.5)
+            ior.max(1.0 / ior).max(1.5)
         } else {
             ior
         }

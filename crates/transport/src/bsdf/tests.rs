@@ -71,6 +71,7 @@ fn zoo() -> Vec<(&'static str, BsdfParams)> {
         ("glass", glass(0.4)),
         ("rough glass", glass(0.9)),
         ("milky glass", BsdfParams { transmission: 0.5, ..glass(0.6) }),
+        ("bubble", BsdfParams { ior: 1.0 / 1.5, ..glass(0.6) }),
         ("wall", wall(0.5)),
         ("milky wall", BsdfParams { transmission: 0.4, ..wall(0.7) }),
         ("coated", coated()),
@@ -271,12 +272,8 @@ fn smooth_surfaces_follow_fresnel_and_snell() {
 fn dispersion_bends_blue_more_and_says_so() {
     let wo = Vec3::new(0.6, 0.0, 0.8);
     let refract = |u: f32, chosen: bool| {
-        let mut wavelength = Wavelength::new(u);
-        if chosen {
-            wavelength.choose();
-        }
         let mut params = BsdfParams { dispersion: 1.0, ..glass(0.0) };
-        wavelength.apply(&mut params);
+        Wavelength::new(u, chosen).apply(&mut params);
         Bsdf::new(&params).sample(wo, 0.99, Vec2::ZERO).expect("refracts")
     };
     let (blue, red) = (refract(0.05, false), refract(0.95, false));
@@ -303,7 +300,7 @@ fn wild_params() -> impl Strategy<Value = BsdfParams> {
         metallic: v[3],
         roughness: v[4],
         conductor: Conductor::named("gold").filter(|_| v[5] > 0.5).map(Metal::new),
-        ior: 1.0 + v[6],
+        ior: 0.4 + 1.6 * v[6],
         specular: v[7],
         specular_color: Vec3::new(v[8], v[9], v[10]),
         transmission: v[11],

@@ -49,6 +49,9 @@ pub(crate) struct ShadeInput<'a> {
 /// Sampler dimensions of a whole path: filter, lens, time, wavelength.
 pub(crate) const CAMERA_DIMENSIONS: u32 = 4;
 
+/// Which of them is the wavelength.
+pub(crate) const WAVELENGTH_DIMENSION: u32 = 3;
+
 /// Paths in flight.
 #[derive(Debug, Default)]
 pub(crate) struct Wave {

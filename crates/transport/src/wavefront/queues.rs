@@ -31,6 +31,8 @@ pub(crate) struct PathState {
     pub(crate) media: MediumStack,
     /// Whether the path has scattered at a surface that is not perfectly specular.
     pub(crate) scattered: bool,
+    /// Whether the path has been bent by a dispersive medium, and carries one wavelength since.
+    pub(crate) dispersed: bool,
 }
 
 impl PathState {
@@ -46,6 +48,7 @@ impl PathState {
             eta_squared: 1.0,
             media: MediumStack::EMPTY,
             scattered: false,
+            dispersed: false,
         }
     }
 
