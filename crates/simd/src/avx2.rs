@@ -83,11 +83,10 @@ impl Simd8 for Avx2 {
     register_op!(bits(a: __m256) -> u32, _mm256_movemask_ps(a).cast_unsigned());
 
     #[inline(always)]
-    fn prefetch<T, const LINES: usize>(self, x: &T) {
-        let start = std::ptr::from_ref(x).cast::<i8>();
+    fn prefetch<const LINES: usize>(self, start: *const u8) {
         for line in 0..LINES {
             // SAFETY: a prefetch may name any address, it neither faults nor reads in the language's sense.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(line * 64)) };
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.cast::<i8>().wrapping_add(line * 64)) };
         }
     }
 }

@@ -80,5 +80,5 @@ impl Simd8 for Portable {
         (0..8).fold(0, |bits, i| bits | u32::from(a[i]) << i)
     }
     #[inline(always)]
-    fn prefetch<T, const LINES: usize>(self, _x: &T) {}
+    fn prefetch<const LINES: usize>(self, _start: *const u8) {}
 }

@@ -46,6 +46,6 @@ pub trait Simd8: Copy + Send + Sync + 'static {
     /// Lane `i` as bit `i`.
     fn bits(self, a: Self::M) -> u32;
 
-    /// Asks the caches for the first `LINES` lines of 64 bytes from the start of `x`.
-    fn prefetch<T, const LINES: usize>(self, x: &T);
+    /// Asks the caches for `LINES` lines of 64 bytes, the first of them at `start`, which may be any address.
+    fn prefetch<const LINES: usize>(self, start: *const u8);
 }

@@ -33,7 +33,8 @@ impl Kernel for AllOperations {
         ];
         let (le, ne) = (s.le(a, b), s.ne(a, b));
         let masks = [le, ne, s.and(le, ne), s.or(le, ne)];
-        s.prefetch::<_, 2>(&self.a);
+        s.prefetch::<2>(self.a.as_ptr().cast());
+        s.prefetch::<1>(std::ptr::null());
         Results {
             values: values.map(|v| s.to_array(v).map(canonical_bits)).to_vec(),
             masks: masks.map(|m| s.bits(m)).to_vec(),

@@ -134,10 +134,8 @@ impl<S: Simd8, F: HitFilter, const ANY: bool> Leaves<S> for Instances<'_, F, ANY
     }
 
     #[inline(always)]
-    fn prefetch(&self, simd: S, leaf: usize) {
-        if let Some(placed) = self.tracer.placed.get(leaf) {
-            simd.prefetch::<Placed, 1>(placed);
-        }
+    fn memory(&self) -> (*const u8, usize) {
+        (self.tracer.placed.as_ptr().cast(), size_of::<Placed>())
     }
 }
 
@@ -184,9 +182,7 @@ impl<S: Simd8, F: HitFilter, const ANY: bool> Leaves<S> for Triangles<'_, F, ANY
     }
 
     #[inline(always)]
-    fn prefetch(&self, simd: S, leaf: usize) {
-        if let Some(block) = self.mesh.blocks.get(leaf) {
-            simd.prefetch::<Block8, 5>(block);
-        }
+    fn memory(&self) -> (*const u8, usize) {
+        (self.mesh.blocks.as_ptr().cast(), size_of::<Block8>())
     }
 }

@@ -19,8 +19,9 @@ pub trait Leaves<S: Simd8> {
     /// Visits the leaf with this index. The ray reaches to `t_max`, which may be shortened. Gives true to end the walk.
     fn visit(&mut self, simd: S, leaf: usize, t_max: &mut f32) -> bool;
 
-    /// Called when a leaf is put aside, some time before the visit.
-    fn prefetch(&self, simd: S, leaf: usize);
+    /// Where leaves stand in memory: the address of the first, and the distance between two. The caches are asked for a
+    /// leaf that is put aside.
+    fn memory(&self) -> (*const u8, usize);
 }
 
 /// A wide tree, borrowed.
@@ -44,6 +45,9 @@ pub fn traverse<S: Simd8, L: Leaves<S>>(
     leaves: &mut L,
 ) -> bool {
     let lanes = RayLanes::new(simd, ray, t_min);
+    let (first_leaf, leaf_stride) = leaves.memory();
+    let memory =
+        Memory { first: [tree.nodes.as_ptr().cast(), first_leaf], stride: [size_of::<Node8>(), leaf_stride] };
     let mut waiting = Waiting { stack, depth: 0 };
     let mut current = tree.root;
     loop {
@@ -55,7 +59,7 @@ pub fn traverse<S: Simd8, L: Leaves<S>>(
         } else {
             let node = &tree.nodes[current.index()];
             let (hits, distances) = lanes.test(simd, node, *t_max);
-            waiting.descend(simd, tree.nodes, node, hits, distances, leaves)
+            waiting.descend(simd, node, hits, distances, &memory)
         };
         match next.or_else(|| waiting.pop(*t_max)) {
             Some(next) => current = next,
@@ -86,30 +90,32 @@ impl Waiting<'_> {
 
     /// Puts the hit children of `node` aside but for the nearest, which it gives.
     #[inline(always)]
-    fn descend<S: Simd8, L: Leaves<S>>(
+    fn descend<S: Simd8>(
         &mut self,
         simd: S,
-        nodes: &[Node8],
         node: &Node8,
         mut hits: u32,
         distances: S::F,
-        leaves: &L,
+        memory: &Memory,
     ) -> Option<ChildRef> {
         if hits == 0 {
             return None;
         }
-        let first = hits.trailing_zeros() as usize % 8;
-        hits &= hits - 1;
+        let first = take_lowest(&mut hits);
         if hits == 0 {
             return Some(node.children[first]);
         }
         let distances = simd.to_array(distances);
         let bottom = self.depth;
-        let mut nearest = entry(simd, nodes, node, first, &distances, leaves);
+        let (a, b) = (
+            memory.entry(simd, node, first, &distances),
+            memory.entry(simd, node, take_lowest(&mut hits), &distances),
+        );
+        let mut nearest = a.min(b);
+        self.stack[self.depth] = a.max(b);
+        self.depth += 1;
         while hits != 0 {
-            let slot = hits.trailing_zeros() as usize % 8;
-            hits &= hits - 1;
-            let other = entry(simd, nodes, node, slot, &distances, leaves);
+            let other = memory.entry(simd, node, take_lowest(&mut hits), &distances);
             self.insert(bottom, nearest.max(other));
             nearest = nearest.min(other);
         }
@@ -129,23 +135,29 @@ impl Waiting<'_> {
     }
 }
 
-/// The entry of a slot, whose child is asked for.
+/// The lowest set bit, which is cleared.
 #[inline(always)]
-fn entry<S: Simd8, L: Leaves<S>>(
-    simd: S,
-    nodes: &[Node8],
-    node: &Node8,
-    slot: usize,
-    distances: &[f32; 8],
-    leaves: &L,
-) -> Entry {
-    let child = node.children[slot];
-    if child.is_leaf() {
-        leaves.prefetch(simd, child.index());
-    } else if let Some(node) = nodes.get(child.index()) {
-        simd.prefetch::<_, 4>(node);
+fn take_lowest(bits: &mut u32) -> usize {
+    let lowest = bits.trailing_zeros() as usize % 8;
+    *bits &= *bits - 1;
+    lowest
+}
+
+/// Where nodes and leaves stand, for prefetching without a branch.
+struct Memory {
+    first: [*const u8; 2],
+    stride: [usize; 2],
+}
+
+impl Memory {
+    /// The entry of a slot, whose child is asked for.
+    #[inline(always)]
+    fn entry<S: Simd8>(&self, simd: S, node: &Node8, slot: usize, distances: &[f32; 8]) -> Entry {
+        let child = node.children[slot];
+        let kind = usize::from(child.is_leaf());
+        simd.prefetch::<5>(self.first[kind].wrapping_add(self.stride[kind] * child.index()));
+        u64::from(distances[slot].to_bits()) << 32 | u64::from(child.0)
     }
-    u64::from(distances[slot].to_bits()) << 32 | u64::from(child.0)
 }
 
 /// A ray's figures, spread over lanes.

@@ -1,6 +1,8 @@
 //! Scenes, rays and the brute-force oracle for the tests.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub(crate) mod shapes;
+
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
 use vastlight_simd::Level;
@@ -27,13 +29,6 @@ impl Random {
     pub(crate) fn below(&mut self, n: usize) -> usize {
         ((self.unit() * n as f32) as usize).min(n - 1)
     }
-}
-
-/// A mesh of separate triangles.
-pub(crate) fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Mesh {
-    let positions: Vec<Vec3> = triangles.into_iter().flatten().collect();
-    let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Mesh { name: "soup".into(), positions, triangles, ..Mesh::default() }
 }
 
 /// A scene of meshes, each placed by every map beside it.
@@ -70,16 +65,24 @@ pub(crate) fn occluded(tracer: &Tracer, rays: &[Ray]) -> Vec<bool> {
     out
 }
 
-/// Hits by brute force: every triangle of every instance is a scene of its own, so no tree is involved, and the closest of
-/// all answers counts.
+/// Rays from around a place to its inside.
+pub(crate) fn rays_at(random: &mut Random, count: usize, center: Vec3, size: f32) -> Vec<Ray> {
+    let ray = |_| {
+        let origin = center + random.point() * (size * 2.0);
+        Ray::new(origin, center + random.point() * size - origin)
+    };
+    (0..count).map(ray).collect()
+}
+
+/// Hits by brute force: every triangle of every instance is a scene of its own, so no tree is involved, and the closest
+/// of all answers counts.
 pub(crate) struct BruteForce {
     /// One tracer a triangle: (instance, triangle, tracer).
     single: Vec<(u32, u32, Tracer)>,
 }
 
 impl BruteForce {
-    /// The oracle for a scene. The corner with the mesh's largest coordinate is part of no triangle but sets the
-    /// lattice, as in the whole mesh; positions are on it already.
+    /// The oracle for a scene. Each single triangle keeps the whole mesh's vertices, which set lattice and margins.
     pub(crate) fn new(scene: &Scene) -> Self {
         let mut single = Vec::new();
         for (number, instance) in scene.instances().iter().enumerate() {

@@ -1,0 +1,223 @@
+//! Every builder's tree, binary and wide, is sound over degenerate input, and the same for any threads and level.
+
+use rayon::ThreadPoolBuilder;
+use vastlight_accel::build::NAMES;
+use vastlight_accel::wide::{Block8, ChildRef, MeshBvh, MeshView, TopBvh, validate_nodes};
+use vastlight_accel::{
+    BinaryTree, BuildConfig, BuildError, Reference, Scratch, Violation, build, quality, validate,
+};
+use vastlight_math::{Aabb, Vec3};
+use vastlight_simd::Level;
+
+/// Numbers in [0, 1), the same in every run.
+fn noise(i: usize, salt: u64) -> f32 {
+    let mut x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ salt.wrapping_mul(0xd134_2543_de82_ef95);
+    x = (x ^ x >> 31).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    (x >> 40) as f32 / 16_777_216.0
+}
+
+fn point(i: usize, salt: u64) -> Vec3 {
+    Vec3::new(noise(i, salt), noise(i, salt + 1), noise(i, salt + 2)) * 2.0 - 1.0
+}
+
+/// Named triangle lists, from none to nasty.
+fn inputs() -> Vec<(&'static str, Vec<[Vec3; 3]>)> {
+    let soup = |n: usize, size: f32| -> Vec<[Vec3; 3]> {
+        (0..n).map(|i| [10, 20, 30].map(|salt| point(i, 1) + point(i, salt) * size)).collect()
+    };
+    let flat = |t: [Vec3; 3]| t.map(|p| Vec3::new(p.x, 0.0, p.z));
+    // Distances that double: the heuristic peels one triangle at a time.
+    let doubling = (0..120).map(|i| soup(1, 0.1)[0].map(|p| p + Vec3::X * 2.0_f32.powi(i / 2))).collect();
+    let mut one_huge = soup(2000, 1e-3);
+    one_huge.push([Vec3::splat(-1e6), Vec3::new(1e6, 0.0, 0.0), Vec3::splat(1e6)]);
+    vec![
+        ("none", vec![]),
+        ("one", soup(1, 1.0)),
+        ("two", soup(2, 1.0)),
+        ("eight", soup(8, 1.0)),
+        ("nine", soup(9, 1.0)),
+        ("many", soup(30_000, 0.02)),
+        ("overlapping", soup(1000, 1.0)),
+        ("all equal", vec![soup(1, 1.0)[0]; 20_000]),
+        (
+            "equal centres",
+            (0..500).map(|i| [-1.0, 0.0, 1.0].map(|k| Vec3::new(k, k, -k) * (i + 1) as f32)).collect(),
+        ),
+        ("points", (0..300).map(|i| [point(i, 5); 3]).collect()),
+        ("one point", vec![[Vec3::ONE; 3]; 300]),
+        ("flat", soup(1000, 0.1).into_iter().map(flat).collect()),
+        ("line", (0..1000).map(|i| [0.0, 0.2, 0.4].map(|k| Vec3::X * (i as f32 + k))).collect()),
+        ("tiny", soup(1000, 0.1).into_iter().map(|t| t.map(|p| p * 1e-25)).collect()),
+        ("huge", soup(1000, 0.1).into_iter().map(|t| t.map(|p| p * 1e14)).collect()),
+        ("doubling", doubling),
+        ("one huge", one_huge),
+    ]
+}
+
+fn boxes(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
+    triangles.iter().map(|t| Aabb::from_points(*t)).collect()
+}
+
+fn references(boxes: &[Aabb]) -> Vec<Reference> {
+    boxes.iter().zip(0..).map(|(b, i)| Reference::new(b, i)).collect()
+}
+
+fn tree(name: &str, boxes: &[Aabb], config: &BuildConfig) -> BinaryTree {
+    build(name, &mut references(boxes), config, &mut Scratch::default()).expect("built")
+}
+
+fn configs() -> Vec<BuildConfig> {
+    let base = BuildConfig::default();
+    let leaf = |max_leaf| BuildConfig { max_leaf, ..base };
+    vec![
+        base,
+        leaf(1),
+        leaf(4),
+        BuildConfig { traversal_cost: 0.0, ..base },
+        BuildConfig { traversal_cost: 1e9, ..base },
+    ]
+}
+
+#[test]
+fn binary_trees_are_sound() {
+    for name in NAMES {
+        for (input, triangles) in inputs() {
+            let boxes = boxes(&triangles);
+            for config in configs() {
+                let tree = tree(name, &boxes, &config);
+                let report = validate(&tree, &boxes, config.max_leaf)
+                    .unwrap_or_else(|violation| panic!("{name}, {input}, {config:?}: {violation}"));
+                assert_eq!(report.references, boxes.len());
+                let depth = quality(&tree).depth;
+                assert!(depth <= 96, "{name}, {input}: depth {depth}");
+            }
+        }
+    }
+}
+
+#[test]
+fn trees_do_not_depend_on_threads_or_level() {
+    for name in NAMES {
+        for (input, triangles) in inputs() {
+            let boxes = boxes(&triangles);
+            let mut found = Vec::new();
+            for threads in [1, 2, 5] {
+                let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+                for level in Level::available() {
+                    let config = BuildConfig { level, ..BuildConfig::default() };
+                    let tree = pool.install(|| tree(name, &boxes, &config));
+                    found.push((tree.nodes, tree.prims));
+                }
+            }
+            assert!(found.windows(2).all(|pair| pair[0] == pair[1]), "{name}, {input}");
+        }
+    }
+}
+
+/// A mesh of separate triangles.
+struct Soup {
+    positions: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Soup {
+    fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let indices = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+        Self { positions: triangles.iter().flatten().copied().collect(), triangles: indices.collect() }
+    }
+
+    fn view(&self) -> MeshView<'_> {
+        MeshView { positions: &self.positions, triangles: &self.triangles }
+    }
+
+    fn build(&self, name: &str) -> MeshBvh {
+        MeshBvh::build(name, &self.view(), &BuildConfig::default(), &mut Scratch::default()).expect("built").0
+    }
+}
+
+#[test]
+fn wide_trees_are_sound() {
+    for name in NAMES {
+        for (input, triangles) in inputs() {
+            let soup = Soup::new(&triangles);
+            let report = soup
+                .build(name)
+                .validate(&soup.view())
+                .unwrap_or_else(|violation| panic!("{name}, {input}: {violation}"));
+            assert_eq!(report.references, triangles.len(), "{name}, {input}");
+        }
+    }
+}
+
+#[test]
+fn trees_over_boxes_are_sound_also_where_boxes_are_infinite_or_empty() {
+    for (input, triangles) in inputs() {
+        let mut all = boxes(&triangles);
+        all.push(Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY });
+        all.push(Aabb::EMPTY);
+        all.push(Aabb { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) });
+        let top = TopBvh::build("", &all, |_| 1.0, &BuildConfig::default(), &mut Scratch::default())
+            .expect("built");
+        // The empty box is no leaf: count it as the one that is missing.
+        let empty = all.len() - 2;
+        let leaf = |i: usize| Some(vec![(i as u32, all[i])]);
+        match validate_nodes(&top.nodes, top.root, all.len(), leaf) {
+            Err(Violation::Coverage { prim, times: 0 }) if prim == empty => {}
+            other => panic!("{input}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn faults_are_found() {
+    let triangles = &inputs()[5].1;
+    let boxes = boxes(triangles);
+    let sound = tree("", &boxes, &BuildConfig::default());
+    let broken = |change: &dyn Fn(&mut BinaryTree)| {
+        let mut tree = sound.clone();
+        change(&mut tree);
+        validate(&tree, &boxes, 8).expect_err("a fault")
+    };
+    assert!(matches!(broken(&|t| t.nodes[5].bounds.max.x -= 0.5), Violation::Box { .. }));
+    assert!(matches!(
+        broken(&|t| t.prims[3] = t.prims[4]),
+        Violation::Box { .. } | Violation::Coverage { .. }
+    ));
+    assert!(matches!(broken(&|t| t.prims[0] = u32::MAX), Violation::Shape { .. }));
+    assert!(matches!(broken(&|t| t.nodes[0].left = 3), Violation::Shape { .. }));
+    assert!(matches!(broken(&|t| t.nodes[0].left = 1 << 30), Violation::Shape { .. }));
+    assert!(validate(&sound, &boxes, 4).is_err(), "leaves of eight are too large for four");
+
+    let soup = Soup::new(triangles);
+    let sound = soup.build("");
+    let broken = |change: &dyn Fn(&mut MeshBvh)| {
+        let mut bvh = sound.clone();
+        change(&mut bvh);
+        bvh.validate(&soup.view()).expect_err("a fault")
+    };
+    assert!(matches!(broken(&|b| b.nodes[1].planes[0][1][0] -= 0.5), Violation::Box { .. }));
+    assert!(matches!(broken(&|b| b.nodes[0].children[1] = ChildRef::node(1 << 20)), Violation::Shape { .. }));
+    assert!(matches!(broken(&|b| b.nodes[0].children[1] = ChildRef::NONE), Violation::Shape { .. }));
+    assert!(matches!(broken(&|b| b.blocks[7].corners[1][2][0] += 1e-3), Violation::Shape { .. }));
+    assert!(matches!(broken(&|b| b.blocks[7].prims[0] = Block8::NO_PRIM), Violation::Coverage { .. }));
+}
+
+#[test]
+fn unknown_builders_are_errors_that_name_the_known() {
+    let error =
+        build("quantum", &mut [], &BuildConfig::default(), &mut Scratch::default()).expect_err("unknown");
+    assert_eq!(error, BuildError::UnknownBuilder("quantum".into()));
+    assert!(error.to_string().contains("binned-sah"), "{error}");
+}
+
+#[test]
+fn scratch_of_another_build_changes_nothing() {
+    let mut scratch = Scratch::default();
+    let config = BuildConfig::default();
+    for (input, triangles) in inputs().iter().rev().chain(&inputs()) {
+        let boxes = boxes(triangles);
+        let reused = build("", &mut references(&boxes), &config, &mut scratch).expect("built");
+        let fresh = tree("", &boxes, &config);
+        assert_eq!((reused.nodes, reused.prims), (fresh.nodes, fresh.prims), "{input}");
+    }
+}
