@@ -27,10 +27,10 @@ const HAZE_COLOR: Vec3 = Vec3::new(0.759, 1.0, 1.336);
 /// Half the sun's angle, radians.
 pub(super) const SUN_ANGLE: f32 = 0.266_5 * PI / 180.0;
 
-const DEPTH_HEIGHTS: usize = 32;
-const DEPTH_ANGLES: usize = 128;
-const ORDERS_HEIGHTS: usize = 16;
-const ORDERS_SUNS: usize = 32;
+const DEPTH_HEIGHTS: usize = 24;
+const DEPTH_ANGLES: usize = 64;
+const ORDERS_HEIGHTS: usize = 10;
+const ORDERS_SUNS: usize = 24;
 
 /// An atmosphere of a given haze over ground of a given albedo.
 #[derive(Clone, Debug)]
@@ -147,7 +147,7 @@ impl Atmosphere {
 
     /// The source of all light scattered at least twice at a point, per scattering coefficient.
     fn higher_orders(&self, r: f32, mu_sun: f32) -> Vec3 {
-        const SIDE: u32 = 6;
+        const SIDE: u32 = 5;
         let eye = Vec3::new(0.0, r.clamp(GROUND + 0.01, TOP - 0.01), 0.0);
         let sun = warp::direction(mu_sun, 0.0);
         let sun = Vec3::new(sun.x, sun.z, sun.y);
@@ -237,16 +237,20 @@ fn depth_table() -> Vec<Vec3> {
     (0..DEPTH_HEIGHTS * DEPTH_ANGLES).into_par_iter().map(entry).collect()
 }
 
-/// Densities integrated over a ray.
+/// Densities integrated over a ray: from its lowest point outwards, with steps that grow.
 fn column(r: f32, mu: f32, reach: f32) -> Vec3 {
-    const STEPS: u32 = 48;
-    (0..STEPS)
-        .map(|i| {
-            let t = reach * (i as f32 + 0.5) / STEPS as f32;
+    let lowest = (-r * mu).clamp(0.0, reach);
+    let piece = |length: f32| -> Vec3 {
+        const STEPS: u32 = 24;
+        let end = |i: u32| length * (i as f32 / STEPS as f32).powi(2);
+        let step = |i: u32| {
+            let t = lowest + 0.5 * (end(i) + end(i + 1));
             let height = (r * r + t * t + 2.0 * r * t * mu).max(0.0).sqrt() - GROUND;
-            densities(height) * (reach / STEPS as f32)
-        })
-        .sum()
+            densities(height) * (end(i + 1) - end(i)).abs()
+        };
+        (0..STEPS).map(step).sum()
+    };
+    piece(reach - lowest) + piece(-lowest)
 }
 
 /// Bilinear lookup in a table whose rows have `width` entries; coordinates in [0, 1].

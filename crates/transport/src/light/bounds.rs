@@ -50,17 +50,22 @@ pub(super) struct LightBounds {
     pub(super) cos_emission: f32,
     /// Sum of radiance times area, or of radiant intensity.
     pub(super) intensity: f32,
+    /// Sum of the normals, weighted by intensity.
+    pub(super) moment: Vec3,
     /// Light leaves along the normals' opposites as well.
     pub(super) two_sided: bool,
 }
 
 impl LightBounds {
     pub(super) fn union(&self, other: &Self) -> Self {
+        // The normals of two-sided lights have no sign.
+        let opposite = other.two_sided && self.moment.dot(other.moment) < 0.0;
         Self {
             aabb: self.aabb.union(other.aabb),
             cone: self.cone.union(other.cone),
             cos_emission: self.cos_emission.min(other.cos_emission),
             intensity: self.intensity + other.intensity,
+            moment: self.moment + other.moment * if opposite { -1.0 } else { 1.0 },
             two_sided: self.two_sided | other.two_sided,
         }
     }
@@ -93,6 +98,8 @@ pub(super) struct Node {
     pub(super) cos_cone: f32,
     pub(super) cos_emission: f32,
     pub(super) intensity: f32,
+    /// Mean cosine between the normals and the axis.
+    alignment: f32,
     /// First of the two children, or the light of a leaf.
     pub(super) link: u32,
     pub(super) flags: u32,
@@ -113,19 +120,25 @@ impl Node {
         cos_cone: 1.0,
         cos_emission: 0.0,
         intensity: 0.0,
+        alignment: 1.0,
         link: 0,
         flags: LEAF,
     };
 
-    /// A node over what `bounds` encloses, within `radius` of the box's centre.
+    /// A node over what `bounds` encloses, within `radius` of `center`.
     pub(super) fn new(bounds: &LightBounds, center: Vec3, radius: f32, link: u32) -> Self {
+        let cone = bounds.cone;
+        // A cone of all directions has no axis of its own.
+        let axis = if cone.cos <= -1.0 { bounds.moment.normalize_or(Vec3::Z) } else { cone.axis };
+        let mean = bounds.moment.dot(axis) / bounds.intensity;
         Self {
             center,
             radius,
-            axis: bounds.cone.axis,
-            cos_cone: bounds.cone.cos,
+            axis,
+            cos_cone: cone.cos,
             cos_emission: bounds.cos_emission,
             intensity: bounds.intensity,
+            alignment: if bounds.two_sided { mean.abs() } else { mean }.clamp(0.0, 1.0),
             link,
             flags: if bounds.two_sided { TWO_SIDED } else { 0 },
         }
@@ -145,40 +158,68 @@ impl Node {
     }
 
     /// An estimate of the irradiance at `from` on a surface facing `normal` (zero: facing any way); positive wherever
-    /// some light of the node can reach the front of that surface, and mostly zero elsewhere.
+    /// some light of the node can reach the front of that surface, and mostly zero elsewhere. Without `directions` the
+    /// lights' normals are not looked at.
     #[inline]
     pub(super) fn importance(&self, from: Vec3, normal: Vec3, directions: bool) -> f32 {
         let to_point = from - self.center;
         let distance_squared = to_point.length_squared();
-        let radius_squared = self.radius * self.radius;
-        let falloff = self.intensity / distance_squared.max(radius_squared).max(1e-20);
-        if self.flags & FRONT_OF_PLANE != 0 && directions && to_point.dot(self.axis) <= 0.0 {
+        let falloff = self.intensity / (distance_squared + 0.3 * self.radius * self.radius).max(1e-20);
+        let inverse = 1.0 / distance_squared.max(1e-30).sqrt();
+        let w = to_point * inverse;
+        // The sine of the angle under which the sphere is seen. Inside it the light comes from all around, and the
+        // nearer the centre the less its direction means.
+        let sine = self.radius * inverse;
+        let (sin_b, w) = if sine > 1.0 { (1.0, w / sine) } else { (sine, w) };
+        let received = if normal == Vec3::ZERO { 1.0 } else { clipped_mean(-w.dot(normal), sin_b) };
+        if received <= 0.0 {
             return 0.0;
         }
-        if distance_squared <= radius_squared * 1.000_01 {
-            return falloff.min(1e30);
-        }
-        let w = to_point / distance_squared.sqrt();
-        // The angle under which the sphere is seen.
-        let sin_b = self.radius / distance_squared.sqrt();
-        let cos_b = (1.0 - sin_b * sin_b).max(0.0).sqrt();
-        let emitted = if directions { self.emitted_cosine(w, sin_b, cos_b) } else { 1.0 };
-        let received =
-            if normal == Vec3::ZERO { 1.0 } else { cos_of_difference(-w.dot(normal), sin_b, cos_b) };
-        (falloff * emitted.max(0.0) * received.max(0.0)).min(1e30)
+        let emitted = if directions { self.emitted_cosine(w, sin_b) } else { 1.0 };
+        (falloff * emitted * received).min(1e30)
     }
 
-    /// Cosine between the nearest normal and the direction `w` to the point; 0 where no light goes.
+    /// Mean cosine between the normals and the direction `w` to the point, clipped at zero; 0 where no light goes.
     #[inline]
-    fn emitted_cosine(&self, w: Vec3, sin_b: f32, cos_b: f32) -> f32 {
-        let mut cos_w = self.axis.dot(w);
-        if self.flags & TWO_SIDED != 0 {
-            cos_w = cos_w.abs();
+    fn emitted_cosine(&self, w: Vec3, sin_b: f32) -> f32 {
+        let cos_axis = self.axis.dot(w);
+        if self.flags & FRONT_OF_PLANE != 0 {
+            return cos_axis.max(0.0);
+        }
+        let two_sided = self.flags & TWO_SIDED != 0;
+        let cos_w = if two_sided { cos_axis.abs() } else { cos_axis };
+        let nearest = self.nearest_cosine(cos_w, sin_b);
+        if nearest < self.cos_emission || nearest <= 0.0 {
+            return 0.0;
+        }
+        // Between normals all along the axis and normals all around.
+        let around = if two_sided { 0.5 } else { 0.25 };
+        let mean = around + self.alignment * (clipped_mean(cos_w, sin_b) - around);
+        mean.max(0.1 * nearest)
+    }
+
+    /// Cosine of the smallest angle between a normal in the cone and a direction to the point from within the sphere.
+    #[inline]
+    fn nearest_cosine(&self, cos_w: f32, sin_b: f32) -> f32 {
+        if sin_b >= 1.0 || self.cos_cone <= -1.0 {
+            return 1.0;
         }
         let sin_o = (1.0 - self.cos_cone * self.cos_cone).max(0.0).sqrt();
-        let cos_x = cos_of_difference(cos_w, sin_o, self.cos_cone);
-        let cos_nearest = cos_of_difference(cos_x, sin_b, cos_b);
-        if cos_nearest < self.cos_emission { 0.0 } else { cos_nearest }
+        let cos_b = (1.0 - sin_b * sin_b).max(0.0).sqrt();
+        cos_of_difference(cos_of_difference(cos_w, sin_o, self.cos_cone), sin_b, cos_b)
+    }
+}
+
+/// Mean of max(x, 0) for x uniform within `spread` of `center`, both at most 1.
+#[inline]
+fn clipped_mean(center: f32, spread: f32) -> f32 {
+    if center >= spread {
+        center
+    } else if center <= -spread {
+        0.0
+    } else {
+        let above = center + spread;
+        above * above / (4.0 * spread)
     }
 }
 

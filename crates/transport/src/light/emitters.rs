@@ -1,49 +1,30 @@
-//! Emissive triangles: which there are, where they stand in the light tree, and how strong they are.
-//!
-//! A light is an (instance, triangle) pair. Up to [`FLAT_LIMIT`] of them stand in one world-space tree, about 120 bytes
-//! each. Beyond it, meshes with many instances get a tree of their own in object space that all their instances share,
-//! so that a million lamps cost a million leaves, however many triangles a lamp has.
+//! The emissive triangles of a mesh, how strong they are, and a tree over them that instances may share.
 
 use super::bounds::{Cone, LightBounds};
 use super::tree::{Item, LightTree, NO_TRAIL};
 use super::triangle::TriangleLight;
 use crate::material::{MaterialTable, ShadingPoint};
 use vastlight_math::{Aabb, Affine3, Vec2, Vec3, warp};
-use vastlight_scene::{Instance, Mesh, Scene};
-
-/// Emissive triangles (times instances) in the world-space tree, before meshes share trees.
-pub(super) const FLAT_LIMIT: u64 = 1 << 20;
-
-/// Marks a light that is no triangle, and an instance without light.
-pub(super) const NONE: u32 = u32::MAX;
-
-/// A leaf of the world-space tree.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Emitter {
-    /// The instance; [`NONE`] for a light without surface.
-    pub(super) instance: u32,
-    /// The triangle; [`NONE`] for all triangles of an instance with a shared tree. Without surface: its number.
-    pub(super) index: u32,
-}
+use vastlight_scene::{Mesh, Scene};
 
 /// A run of emissive triangles.
 #[derive(Clone, Copy, Debug)]
-struct Run {
+pub(super) struct Run {
     first: u32,
     count: u32,
     /// Emissive triangles before this run.
     before: u32,
-    material: u32,
+    pub(super) material: u32,
     /// The same radiance everywhere on it.
-    constant: Option<Vec3>,
-    two_sided: bool,
+    pub(super) constant: Option<Vec3>,
+    pub(super) two_sided: bool,
 }
 
 /// The emissive triangles of a mesh.
 #[derive(Clone, Debug, Default)]
 pub(super) struct EmissiveMesh {
     runs: Vec<Run>,
-    count: u32,
+    pub(super) count: u32,
     /// Luminance of the mean radiance of each emissive triangle.
     strengths: Vec<f32>,
     pub(super) shared: Option<SharedTree>,
@@ -58,7 +39,7 @@ pub(super) struct SharedTree {
 }
 
 impl EmissiveMesh {
-    fn new(mesh: &Mesh, materials: &MaterialTable, scene: &Scene) -> Self {
+    pub(super) fn new(mesh: &Mesh, materials: &MaterialTable, scene: &Scene) -> Self {
         let mut found = Self::default();
         let whole = [vastlight_scene::Part { first_triangle: 0, material: 0 }];
         let parts = if mesh.parts.is_empty() { &whole[..] } else { &mesh.parts };
@@ -99,11 +80,15 @@ impl EmissiveMesh {
 
     /// The triangle's number among the emissive ones, and its run.
     #[inline]
-    fn find(&self, triangle: u32) -> Option<(u32, &Run)> {
+    pub(super) fn find(&self, triangle: u32) -> Option<(u32, &Run)> {
         let after = self.runs.partition_point(|r| r.first <= triangle);
         let run = self.runs.get(after.checked_sub(1)?)?;
         let offset = triangle - run.first;
         (offset < run.count).then(|| (run.before + offset, run))
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.strengths.len() * 4 + self.shared.as_ref().map_or(0, |s| s.tree.bytes() + s.trails.len() * 8)
     }
 
     /// The triangle with this number among the emissive ones.
@@ -113,12 +98,12 @@ impl EmissiveMesh {
         run.first + (number - run.before)
     }
 
-    fn triangles(&self) -> impl Iterator<Item = (u32, u32, &Run)> {
+    pub(super) fn triangles(&self) -> impl Iterator<Item = (u32, u32, &Run)> {
         self.runs.iter().flat_map(|r| (0..r.count).map(move |i| (r.before + i, r.first + i, r)))
     }
 
     /// Tree items of this mesh's triangles under a map; the n-th gets the number `first + n`.
-    fn items(&self, mesh: &Mesh, map: &Affine3, first: u32) -> impl Iterator<Item = Item> {
+    pub(super) fn items(&self, mesh: &Mesh, map: &Affine3, first: u32) -> impl Iterator<Item = Item> {
         let front = 1.0_f32.copysign(map.matrix3.determinant());
         self.triangles().filter_map(move |(number, triangle, run)| {
             let corners = mesh.corners(triangle).map(|p| map.transform_point3(p));
@@ -139,6 +124,7 @@ fn triangle_item(corners: [Vec3; 3], front: f32, intensity: f32, two_sided: bool
         cone: Cone { axis, cos: 1.0 },
         cos_emission: 0.0,
         intensity,
+        moment: axis * intensity,
         two_sided,
     };
     Item { bounds, center, radius, light, planar: true }
@@ -158,7 +144,13 @@ fn mean_luminance(mesh: &Mesh, materials: &MaterialTable, material: u32, triangl
 }
 
 /// What a point of a triangle emits, times its coverage.
-fn emitted(mesh: &Mesh, materials: &MaterialTable, material: u32, triangle: u32, barycentric: Vec2) -> Vec3 {
+pub(super) fn emitted(
+    mesh: &Mesh,
+    materials: &MaterialTable,
+    material: u32,
+    triangle: u32,
+    barycentric: Vec2,
+) -> Vec3 {
     let point = attributes(mesh, triangle, barycentric, materials.uv_sets(material));
     let radiance = materials.emission(material, &point);
     if materials.has_alpha(material) { radiance * materials.alpha(material, &point) } else { radiance }
@@ -180,145 +172,8 @@ fn attributes(mesh: &Mesh, triangle: u32, barycentric: Vec2, uv_sets: usize) -> 
     point
 }
 
-/// All emissive triangles of a scene.
-#[derive(Clone, Debug)]
-pub(super) struct Emitters<'a> {
-    scene: &'a Scene,
-    materials: &'a MaterialTable<'a>,
-    meshes: Vec<EmissiveMesh>,
-    /// The number of the first light of each instance in the list that [`Emitters::new`] fills, or [`NONE`].
-    first: Vec<u32>,
-}
-
-/// A point on an emissive triangle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SurfaceLight<'e> {
-    run: &'e Run,
-    mesh: &'e Mesh,
-    triangle: u32,
-    pub(super) shape: TriangleLight,
-}
-
-impl<'a> Emitters<'a> {
-    /// Finds all emissive triangles; appends them to the list of lights and of tree items.
-    pub(super) fn new(
-        scene: &'a Scene,
-        materials: &'a MaterialTable<'a>,
-        flat_limit: u64,
-        emitters: &mut Vec<Emitter>,
-        items: &mut Vec<Item>,
-    ) -> Self {
-        let meshes =
-            scene.meshes().iter().map(|m| EmissiveMesh::new(m, materials, scene)).collect::<Vec<_>>();
-        let mut found = Self { scene, materials, meshes, first: Vec::new() };
-        if found.meshes.iter().all(|m| m.count == 0) {
-            return found;
-        }
-        found.share_trees(flat_limit);
-        for (i, instance) in scene.instances().iter().enumerate() {
-            found.append_instance(i as u32, instance, emitters, items);
-        }
-        found
-    }
-
-    fn append_instance(
-        &mut self,
-        number: u32,
-        instance: &Instance,
-        emitters: &mut Vec<Emitter>,
-        items: &mut Vec<Item>,
-    ) {
-        let found = &self.meshes[instance.mesh as usize];
-        if found.count == 0 {
-            self.first.push(NONE);
-            return;
-        }
-        let first = emitters.len() as u32;
-        self.first.push(first);
-        if let Some(shared) = &found.shared {
-            items.push(shared.item(&instance.world_from_object, first));
-            emitters.push(Emitter { instance: number, index: NONE });
-        } else {
-            let mesh = &self.scene.meshes()[instance.mesh as usize];
-            items.extend(found.items(mesh, &instance.world_from_object, first));
-            emitters.extend(found.triangles().map(|(_, index, _)| Emitter { instance: number, index }));
-        }
-    }
-
-    /// Gives trees of their own to the meshes with the most instanced triangles, until the others fit.
-    fn share_trees(&mut self, flat_limit: u64) {
-        let mut uses = vec![0_u64; self.meshes.len()];
-        for instance in self.scene.instances() {
-            uses[instance.mesh as usize] += 1;
-        }
-        let cost = |i: usize| uses[i] * u64::from(self.meshes[i].count);
-        let mut total: u64 = (0..uses.len()).map(cost).sum();
-        let mut order: Vec<usize> =
-            (0..uses.len()).filter(|&i| uses[i] > 1 && self.meshes[i].count > 1).collect();
-        order.sort_by_key(|&i| (std::cmp::Reverse(cost(i)), i));
-        let mut chosen = Vec::new();
-        for i in order {
-            if total > flat_limit {
-                total -= cost(i) - uses[i];
-                chosen.push(i);
-            }
-        }
-        for i in chosen {
-            self.meshes[i].shared = SharedTree::new(&self.meshes[i], &self.scene.meshes()[i]);
-        }
-    }
-
-    /// The mesh's emissive triangles that the instance shows.
-    #[inline]
-    pub(super) fn mesh_of(&self, instance: u32) -> &EmissiveMesh {
-        &self.meshes[self.scene.instances()[instance as usize].mesh as usize]
-    }
-
-    pub(super) fn world_from_object(&self, instance: u32) -> &Affine3 {
-        &self.scene.instances()[instance as usize].world_from_object
-    }
-
-    /// The light's place in the list of lights, and its number in the instance's shared tree.
-    #[inline]
-    pub(super) fn find(&self, instance: u32, triangle: u32) -> Option<(u32, Option<u32>)> {
-        let first = self.first.get(instance as usize).copied().filter(|&f| f != NONE)?;
-        let mesh = self.mesh_of(instance);
-        let (number, _) = mesh.find(triangle)?;
-        Some(if mesh.shared.is_some() { (first, Some(number)) } else { (first + number, None) })
-    }
-
-    /// The triangle as a light, if it emits.
-    #[inline]
-    pub(super) fn light(&self, instance: u32, triangle: u32) -> Option<SurfaceLight<'_>> {
-        let placed = self.scene.instances().get(instance as usize)?;
-        let (_, run) = self.meshes[placed.mesh as usize].find(triangle)?;
-        let mesh = &self.scene.meshes()[placed.mesh as usize];
-        let map = &placed.world_from_object;
-        let front = 1.0_f32.copysign(map.matrix3.determinant());
-        let shape = TriangleLight::new(mesh.corners(triangle).map(|p| map.transform_point3(p)), front);
-        Some(SurfaceLight { run, mesh, triangle, shape })
-    }
-
-    /// Radiance that leaves a point of the triangle towards `from`, times the point's coverage.
-    pub(super) fn radiance(&self, light: &SurfaceLight, from: Vec3, barycentric: Vec2) -> Vec3 {
-        if !light.run.two_sided && !light.shape.faces(from) {
-            return Vec3::ZERO;
-        }
-        light.run.constant.unwrap_or_else(|| {
-            emitted(light.mesh, self.materials, light.run.material, light.triangle, barycentric)
-        })
-    }
-
-    pub(super) fn bytes(&self) -> usize {
-        let mesh = |m: &EmissiveMesh| {
-            m.strengths.len() * 4 + m.shared.as_ref().map_or(0, |s| s.tree.bytes() + s.trails.len() * 8)
-        };
-        self.first.len() * 4 + self.meshes.iter().map(mesh).sum::<usize>()
-    }
-}
-
 impl SharedTree {
-    fn new(found: &EmissiveMesh, mesh: &Mesh) -> Option<Self> {
+    pub(super) fn new(found: &EmissiveMesh, mesh: &Mesh) -> Option<Self> {
         let items: Vec<Item> = found.items(mesh, &Affine3::IDENTITY, 0).collect();
         let bounds = items.iter().map(|i| i.bounds).reduce(|a, b| a.union(&b))?;
         let mut trails = vec![NO_TRAIL; found.count as usize];
@@ -327,7 +182,7 @@ impl SharedTree {
     }
 
     /// The whole mesh as one light of the world.
-    fn item(&self, world_from_object: &Affine3, light: u32) -> Item {
+    pub(super) fn item(&self, world_from_object: &Affine3, light: u32) -> Item {
         let aabb = self.bounds.aabb.transformed(world_from_object);
         let volume = world_from_object.matrix3.determinant().abs();
         let cone = if is_similarity(world_from_object) {
@@ -337,7 +192,13 @@ impl SharedTree {
             Cone::ALL
         };
         let area_scale = vastlight_math::real::pow(volume, 2.0 / 3.0);
-        let bounds = LightBounds { aabb, cone, intensity: self.bounds.intensity * area_scale, ..self.bounds };
+        let bounds = LightBounds {
+            aabb,
+            cone,
+            intensity: self.bounds.intensity * area_scale,
+            moment: cone.axis * (self.bounds.moment.dot(self.bounds.cone.axis) * area_scale),
+            ..self.bounds
+        };
         Item { bounds, center: aabb.center(), radius: 0.5 * aabb.size().length(), light, planar: false }
     }
 }

@@ -15,6 +15,7 @@ mod local;
 mod map;
 mod punctual;
 mod sky;
+mod surfaces;
 mod tree;
 mod triangle;
 
@@ -24,6 +25,7 @@ mod tests;
 use crate::material::MaterialTable;
 use environment::DistantLights;
 use local::LocalLights;
+use tree::Estimate;
 use vastlight_math::{FAR, Vec2, Vec3};
 use vastlight_scene::Scene;
 
@@ -65,6 +67,7 @@ pub struct Lights<'a> {
 /// Probabilities of the groups at a point.
 struct Weights {
     local: f32,
+    estimate: Estimate,
     background: f32,
     sun: f32,
     /// 1 / the sum of all groups' weights, to scale those of the directional lights.
@@ -75,7 +78,7 @@ impl<'a> Lights<'a> {
     /// Collects the lights of `scene` and builds the light tree and the environment's tables.
     #[must_use]
     pub fn new(scene: &'a Scene, materials: &'a MaterialTable<'a>) -> Self {
-        Self::with_flat_limit(scene, materials, emitters::FLAT_LIMIT)
+        Self::with_flat_limit(scene, materials, surfaces::FLAT_LIMIT)
     }
 
     fn with_flat_limit(scene: &'a Scene, materials: &'a MaterialTable<'a>, flat_limit: u64) -> Self {
@@ -102,7 +105,8 @@ impl<'a> Lights<'a> {
         let weights = self.weights(from, normal)?;
         let mut pick = u_pick;
         if pick < weights.local {
-            let sample = self.local.sample(from, normal, (pick / weights.local).min(ONE_MINUS_EPSILON), u)?;
+            let pick = (pick / weights.local).min(ONE_MINUS_EPSILON);
+            let sample = self.local.sample(&weights.estimate, from, normal, pick, u)?;
             return Some(LightSample { pdf: sample.pdf * weights.local, ..sample });
         }
         pick -= weights.local;
@@ -153,7 +157,8 @@ impl<'a> Lights<'a> {
     pub fn pdf_hit(&self, from: Vec3, normal: Vec3, instance: u32, triangle: u32, position: Vec3) -> f32 {
         match self.weights(from, normal) {
             Some(weights) if weights.local > 0.0 => {
-                weights.local * self.local.pdf(from, normal, instance, triangle, position)
+                weights.local
+                    * self.local.pdf(&weights.estimate, from, normal, (instance, triangle), position)
             }
             _ => 0.0,
         }
@@ -186,7 +191,8 @@ impl<'a> Lights<'a> {
     /// Probabilities of the groups; `None` if no light can reach the front of the surface.
     #[inline]
     fn weights(&self, from: Vec3, normal: Vec3) -> Option<Weights> {
-        let local = self.local.importance(from, normal).sqrt();
+        let estimate = self.local.estimate(from, normal);
+        let local = estimate.total.sqrt();
         let background = self.distant.background_estimate(normal).sqrt();
         let sun = self.distant.sun_estimate(normal).sqrt();
         let directional: f32 = self.distant.directional().iter().map(|l| l.estimate(normal).sqrt()).sum();
@@ -194,6 +200,7 @@ impl<'a> Lights<'a> {
         let scale = 1.0 / sum;
         (sum > 0.0).then_some(Weights {
             local: local * scale,
+            estimate,
             background: background * scale,
             sun: sun * scale,
             scale,

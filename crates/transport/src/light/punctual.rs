@@ -79,6 +79,9 @@ impl PunctualLight {
         let full = super::luminance(self.intensity);
         // A spot is as strong as its intensity inside its cone; a profile as its mean, but never negligible.
         let intensity = if self.profile.is_some() { mean.max(0.05 * full) } else { full };
+        // Importance takes a light without direction for surfaces facing all ways, which send a quarter of their
+        // intensity anywhere.
+        let intensity = if self.spot.is_some() { intensity } else { 4.0 * intensity };
         let cone = match self.spot {
             Some([inner, _]) => Cone { axis: -self.frame.z, cos: inner },
             None => Cone::ALL,
@@ -91,7 +94,14 @@ impl PunctualLight {
             }
             None => 0.0,
         };
-        LightBounds { aabb: Aabb::point(self.position), cone, cos_emission, intensity, two_sided: false }
+        LightBounds {
+            aabb: Aabb::point(self.position),
+            cone,
+            cos_emission,
+            intensity,
+            moment: if self.spot.is_some() { cone.axis * intensity } else { Vec3::ZERO },
+            two_sided: false,
+        }
     }
 }
 

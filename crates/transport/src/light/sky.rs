@@ -19,9 +19,9 @@ pub(super) const SUN_ABOVE_AIR: f32 = 5.0;
 
 /// Height of the eye above the ground, km: sets how soon the ground fades into haze.
 const EYE_HEIGHT: f32 = 0.1;
-const ELEVATIONS: usize = 96;
-const AZIMUTHS: usize = 64;
-const STEPS: u32 = 40;
+const ELEVATIONS: usize = 64;
+const AZIMUTHS: usize = 40;
+const STEPS: u32 = 32;
 const GRID: (usize, usize) = (256, 128);
 
 /// The sky without the sun's disc.
@@ -29,8 +29,9 @@ const GRID: (usize, usize) = (256, 128);
 pub(super) struct SkyLight {
     /// Radiance by elevation (rows) and azimuth from the sun.
     table: Vec<Vec3>,
-    /// The sun's horizontal direction.
+    /// Towards the sun along the ground, and in space.
     sun_azimuth: Vec2,
+    sun: Vec3,
     ground: Vec3,
     ground_extinction: Vec3,
     pub(super) grid: DirectionGrid,
@@ -66,12 +67,13 @@ impl SkyLight {
         let mut light = Self {
             table,
             sun_azimuth: Vec2::new(sin(azimuth), -vastlight_math::real::cos(azimuth)),
+            sun: unit_vector(azimuth, elevation),
             ground: albedo * irradiance * FRAC_1_PI,
             ground_extinction: air.ground_extinction(),
             grid: DirectionGrid::new(1, 2, |_, _| 0.0),
         };
         light.grid = light.density_grid();
-        let sun = Sun::new(unit_vector(azimuth, elevation), sunlight);
+        let sun = Sun::new(light.sun, sunlight);
         (light, sky.sun_disc.then_some(sun).filter(|s| s.irradiance > 0.0))
     }
 
@@ -85,16 +87,16 @@ impl SkyLight {
     /// Radiance from a direction, without the sun's disc.
     #[inline]
     pub(super) fn radiance(&self, wi: Vec3) -> Vec3 {
-        let elevation = (asin(wi.y.abs()) / FRAC_PI_2).sqrt();
-        let azimuth = self.azimuth_from_sun(wi);
         if wi.y >= 0.0 {
-            return lookup(&self.table, AZIMUTHS, azimuth, elevation);
+            let elevation = (asin(wi.y) / FRAC_PI_2).sqrt();
+            return lookup(&self.table, AZIMUTHS, self.azimuth_from_sun(wi), elevation);
         }
-        // The ground, seen through the haze up to where the ray meets it.
+        // The ground, seen through the haze up to where the ray meets it. Haze shines like the place on the horizon
+        // that is as far from the sun.
         let distance = EYE_HEIGHT / (-wi.y).max(1e-5);
         let passed = -self.ground_extinction * distance;
         let passed = Vec3::new(exp(passed.x), exp(passed.y), exp(passed.z));
-        let horizon = lookup(&self.table, AZIMUTHS, azimuth, 0.0);
+        let horizon = lookup(&self.table, AZIMUTHS, (acos(wi.dot(self.sun)) / PI).sqrt(), 0.0);
         self.ground * passed + horizon * (Vec3::ONE - passed)
     }
 

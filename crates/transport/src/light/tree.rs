@@ -29,10 +29,24 @@ pub(super) struct Choice {
     pub(super) u: f32,
 }
 
-/// A binary tree of lights. The root is node 0, inner nodes' children follow each other.
+/// A binary tree of lights. The root is node 0, inner nodes' children follow each other. Up to [`FEW`] lights are a
+/// list of leaves instead, of which each one is asked.
 #[derive(Clone, Debug)]
 pub(super) struct LightTree {
     nodes: Vec<Node>,
+    is_list: bool,
+}
+
+/// So many lights need no tree.
+pub(super) const FEW: usize = 4;
+
+/// What a point may expect of a tree; see [`LightTree::estimate`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Estimate {
+    /// Importance of all lights together; 0 where none can matter.
+    pub(super) total: f32,
+    /// Importance of each light of a list.
+    each: [f32; FEW],
 }
 
 /// Beyond this depth nodes are halved, so that 64 bits hold every way from the root.
@@ -47,14 +61,17 @@ pub(super) const NO_TRAIL: u64 = u64::MAX;
 impl LightTree {
     /// Builds the tree and writes every light's way from the root into `trails[light]`.
     pub(super) fn build(mut items: Vec<Item>, trails: &mut [u64]) -> Self {
-        if items.is_empty() {
-            return Self { nodes: Vec::new() };
+        if items.len() <= FEW {
+            for (place, item) in items.iter().enumerate() {
+                trails[item.light as usize] = place as u64;
+            }
+            return Self { nodes: items.iter().map(leaf).collect(), is_list: true };
         }
         let mut nodes = vec![Node::NOTHING; 2 * items.len() - 1];
         let (root, rest) = nodes.split_at_mut(1);
         let (node, _) = build_range(&mut items, rest, 1, 0);
         root[0] = node;
-        let tree = Self { nodes };
+        let tree = Self { nodes, is_list: false };
         tree.mark_trails(0, 0, 0, trails);
         tree
     }
@@ -73,17 +90,36 @@ impl LightTree {
         self.nodes.len() * size_of::<Node>()
     }
 
-    /// The importance of all lights together; see [`Node::importance`].
+    /// How much the lights may matter to a point; see [`Node::importance`].
     #[inline]
-    pub(super) fn importance(&self, from: Vec3, normal: Vec3) -> f32 {
-        self.nodes.first().map_or(0.0, |root| root.importance(from, normal, true))
+    pub(super) fn estimate(&self, from: Vec3, normal: Vec3, directions: bool) -> Estimate {
+        let mut each = [0.0; FEW];
+        if !self.is_list {
+            return Estimate { total: self.nodes[0].importance(from, normal, directions), each };
+        }
+        let mut total = 0.0;
+        for (value, node) in each.iter_mut().zip(&self.nodes) {
+            *value = node.importance(from, normal, directions);
+            total += *value;
+        }
+        Estimate { total, each }
     }
 
     /// Chooses a light with probability by importance; `None` where none can matter. Without `directions` normals of
-    /// the lights are not looked at.
+    /// the lights are not looked at. `estimate` must be this tree's for the same arguments.
     #[inline]
-    pub(super) fn sample(&self, from: Vec3, normal: Vec3, u: f32, directions: bool) -> Option<Choice> {
-        let mut node = self.nodes.first()?;
+    pub(super) fn sample(
+        &self,
+        estimate: &Estimate,
+        from: Vec3,
+        normal: Vec3,
+        u: f32,
+        directions: bool,
+    ) -> Option<Choice> {
+        if self.is_list {
+            return self.sample_list(estimate, u);
+        }
+        let mut node = &self.nodes[0];
         let (mut u, mut probability) = (u, 1.0_f32);
         while !node.is_leaf() {
             let p = self.left_probability(node, from, normal, directions)?;
@@ -99,11 +135,40 @@ impl LightTree {
         Some(Choice { light: node.link, probability, u })
     }
 
+    #[inline]
+    fn sample_list(&self, estimate: &Estimate, u: f32) -> Option<Choice> {
+        let mut rest = u * estimate.total;
+        let mut chosen = None;
+        for (node, &value) in self.nodes.iter().zip(&estimate.each) {
+            if value > 0.0 {
+                let u = (rest / value).min(ONE_MINUS_EPSILON);
+                chosen = Some(Choice { light: node.link, probability: value / estimate.total, u });
+                if rest < value {
+                    break;
+                }
+                rest -= value;
+            }
+        }
+        chosen
+    }
+
     /// The probability with which [`LightTree::sample`] chooses the light at the end of `trail`.
     #[inline]
-    pub(super) fn probability(&self, trail: u64, from: Vec3, normal: Vec3, directions: bool) -> f32 {
-        let Some(mut node) = self.nodes.first().filter(|_| trail != NO_TRAIL) else { return 0.0 };
-        let (mut trail, mut probability) = (trail, 1.0_f32);
+    pub(super) fn probability(
+        &self,
+        estimate: &Estimate,
+        trail: u64,
+        from: Vec3,
+        normal: Vec3,
+        directions: bool,
+    ) -> f32 {
+        if trail == NO_TRAIL || estimate.total <= 0.0 {
+            return 0.0;
+        }
+        if self.is_list {
+            return estimate.each[trail as usize] / estimate.total;
+        }
+        let (mut node, mut trail, mut probability) = (&self.nodes[0], trail, 1.0_f32);
         while !node.is_leaf() {
             let Some(p) = self.left_probability(node, from, normal, directions) else { return 0.0 };
             let right = trail & 1;
@@ -126,12 +191,15 @@ impl LightTree {
 
 const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON * 0.5;
 
+fn leaf(item: &Item) -> Node {
+    Node::new(&item.bounds, item.center, item.radius, item.light).into_leaf(item.planar)
+}
+
 /// Builds the subtree over `items`, whose inner nodes' children go to `nodes` (two less than twice the items), which
 /// start at `offset` in the whole tree. Returns its root and bounds.
 fn build_range(items: &mut [Item], nodes: &mut [Node], offset: usize, depth: u32) -> (Node, LightBounds) {
     if let [item] = items {
-        let leaf = Node::new(&item.bounds, item.center, item.radius, item.light).into_leaf(item.planar);
-        return (leaf, item.bounds);
+        return (leaf(item), item.bounds);
     }
     let middle = split(items, depth);
     let parallel = items.len() >= PARALLEL;

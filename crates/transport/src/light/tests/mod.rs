@@ -1,9 +1,13 @@
-//! All lights together: densities, irradiances with closed forms, noise.
+//! All lights together: helpers of the tests, and the densities of samples.
+
+mod distant;
+mod irradiance;
+mod noise;
 
 use super::*;
 use std::f32::consts::PI;
-use vastlight_math::stats::sphere_chi_square;
-use vastlight_math::{Affine3, Quat, Rng};
+use vastlight_math::stats::{SphereGrid, sphere_chi_square_with};
+use vastlight_math::{Affine3, Quat, Rng, Sampler};
 use vastlight_scene::{Environment, Instance, Material, Mesh, Part, SceneDesc};
 
 /// A description with materials by number and nothing else, in the dark.
@@ -72,7 +76,26 @@ fn chi_square_of(scene: &Scene, lights: &Lights, from: Vec3, normal: Vec3, tilt:
         Some(s.wi)
     };
     let density = |d: Vec3| whole_density(scene, lights, from, normal, d) * (1.0 + tilt * d.x);
-    sphere_chi_square(40_000, sample, density).p
+    let grid = SphereGrid { rows: 10, columns: 20, quadrature: 16 };
+    sphere_chi_square_with(grid, 20_000, sample, density).p
+}
+
+/// Mean of radiance times cosine over density: irradiance, if nothing is in the way.
+fn irradiance(lights: &Lights, from: Vec3, normal: Vec3, samples: u32) -> Vec3 {
+    let sum: Vec3 = (0..samples)
+        .filter_map(|i| {
+            let mut u = Sampler::new([1, 2], i, 3);
+            let s = lights.sample(from, normal, u.next_1d(), u.next_2d())?;
+            Some(s.radiance * (s.wi.dot(normal).max(0.0) / s.pdf))
+        })
+        .sum();
+    sum / samples as f32
+}
+
+/// Whether two irradiances agree to a fraction.
+#[track_caller]
+fn assert_near(found: f32, expected: f32, fraction: f32, what: &str) {
+    assert!((found - expected).abs() <= fraction * expected.abs(), "{what}: {found}, expected {expected}");
 }
 
 fn mixed_lights() -> SceneDesc {
@@ -125,6 +148,61 @@ fn shared_trees_follow_the_density() {
         for normal in [Vec3::Y, Vec3::ZERO] {
             let p = chi_square_of(scene, lights, Vec3::ZERO, normal, 0.0);
             assert!(p > 1e-3, "{normal}: {p}");
+        }
+    });
+}
+
+#[test]
+fn trees_do_not_depend_on_the_build() {
+    let pdfs = || {
+        with_lights(noise::scattered(20_000), 1 << 20, |_, lights| {
+            (0..2000)
+                .map(|i| {
+                    let from = Vec3::new((i % 13) as f32 - 6.0, 0.0, (i % 7) as f32);
+                    lights.pdf_hit(from, Vec3::Y, 0, i * 10, Vec3::new(0.0, 2.0, 0.0)).to_bits()
+                })
+                .collect::<Vec<_>>()
+        })
+    };
+    assert_eq!(pdfs(), pdfs());
+}
+
+#[test]
+fn no_light_no_sample() {
+    let mut desc =
+        dark(vec![Material::diffuse("dark", Vec3::ONE), Material::emitter("off", Vec3::ZERO, true)]);
+    add_mesh(&mut desc, &square(), 0, Affine3::IDENTITY);
+    add_mesh(&mut desc, &square(), 1, Affine3::from_translation(Vec3::Z));
+    with_lights(desc, 1 << 20, |_, lights| {
+        assert_eq!(lights.report().local, 0);
+        for normal in [Vec3::Y, Vec3::ZERO] {
+            assert_eq!(lights.sample(Vec3::Y, normal, 0.5, Vec2::splat(0.5)), None);
+            assert_eq!(lights.pdf_environment(Vec3::Y, normal, Vec3::Y), 0.0);
+            assert_eq!(lights.pdf_hit(Vec3::Y, normal, 0, 0, Vec3::ZERO), 0.0);
+        }
+        assert_eq!(lights.environment(Vec3::Y), Vec3::ZERO);
+    });
+}
+
+#[test]
+fn extreme_points_give_finite_numbers() {
+    let mut desc = mixed_lights();
+    desc.environment = Some(Environment::Sky(vastlight_scene::Sky::default()));
+    with_lights(desc, 1 << 20, |scene, lights| {
+        let corner = scene.instances()[0].world_from_object.transform_point3(scene.meshes()[0].corners(0)[0]);
+        let places = [Vec3::ZERO, corner, corner + Vec3::splat(1e-7), Vec3::splat(1e12), Vec3::splat(-3e18)];
+        let mut rng = Rng::new(4);
+        for from in places {
+            for normal in [Vec3::Y, Vec3::NEG_Y, Vec3::X, Vec3::ZERO] {
+                for _ in 0..200 {
+                    if let Some(s) = lights.sample(from, normal, rng.next_1d(), rng.next_2d()) {
+                        assert!(s.pdf > 0.0 && s.pdf.is_finite() && s.distance > 0.0, "{from} {s:?}");
+                        assert!(s.radiance.is_finite() && (s.wi.length() - 1.0).abs() < 1e-5, "{from} {s:?}");
+                    }
+                    let hit = lights.pdf_hit(from, normal, 0, 0, Vec3::new(0.1, 2.0, 0.1));
+                    assert!(hit.is_finite() && hit >= 0.0, "{from} {hit}");
+                }
+            }
         }
     });
 }

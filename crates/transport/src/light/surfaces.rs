@@ -1,0 +1,267 @@
+//! All emissive triangles of a scene, times instances.
+//!
+//! A light is an (instance, triangle) pair. Up to [`FLAT_LIMIT`] of them stand in one world-space tree, about 180 bytes
+//! each. Beyond it, meshes with many instances get a tree of their own in object space that all their instances share,
+//! so that a million lamps cost a million leaves, however many triangles a lamp has.
+
+use super::emitters::{EmissiveMesh, Run, SharedTree, emitted, is_similarity};
+use super::tree::{Choice, Item};
+use super::triangle::{TriangleLight, TrianglePoint};
+use crate::material::MaterialTable;
+use vastlight_math::{Affine3, Vec2, Vec3};
+use vastlight_scene::{Instance, Scene};
+
+/// Emissive triangles (times instances) in the world-space tree, before meshes share trees.
+pub(super) const FLAT_LIMIT: u64 = 1 << 19;
+
+/// The first light of an instance without light.
+const NONE: u32 = u32::MAX;
+
+/// A triangle of the world-space tree, ready to be sampled: 64 bytes.
+#[derive(Clone, Copy, Debug)]
+struct FlatLight {
+    shape: TriangleLight,
+    /// What leaves every point of it, unless it is textured.
+    radiance: Vec3,
+    kind: Kind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+enum Kind {
+    OneSided,
+    TwoSided,
+    /// The radiance must be looked up.
+    Textured,
+    /// Stands for all triangles of an instance with a shared tree.
+    Shared,
+}
+
+/// What stands at a leaf of the world-space tree.
+#[derive(Clone, Copy, Debug)]
+struct Leaf {
+    instance: u32,
+    triangle: u32,
+}
+
+/// Point, plane normal and kind of map of an instance in object space.
+struct ObjectView {
+    from: Vec3,
+    normal: Vec3,
+    similar: bool,
+}
+
+/// A point on a light, with the radiance that leaves it and the probability of the choices within the light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfaceSample {
+    pub(super) point: TrianglePoint,
+    pub(super) radiance: Vec3,
+    pub(super) probability: f32,
+}
+
+/// All emissive triangles of a scene. Their lights are numbered from 0.
+#[derive(Clone, Debug)]
+pub(super) struct Surfaces<'a> {
+    scene: &'a Scene,
+    materials: &'a MaterialTable<'a>,
+    meshes: Vec<EmissiveMesh>,
+    /// The lights.
+    flat: Vec<FlatLight>,
+    /// What each light is.
+    leaves: Vec<Leaf>,
+    /// The number of the first light of each instance, or [`NONE`]; empty if nothing shines.
+    first: Vec<u32>,
+}
+
+impl<'a> Surfaces<'a> {
+    /// Finds all emissive triangles and appends them to the tree's items.
+    pub(super) fn new(
+        scene: &'a Scene,
+        materials: &'a MaterialTable<'a>,
+        flat_limit: u64,
+        items: &mut Vec<Item>,
+    ) -> Self {
+        let meshes = scene.meshes().iter().map(|m| EmissiveMesh::new(m, materials, scene)).collect();
+        let (flat, leaves, first) = (Vec::new(), Vec::new(), Vec::new());
+        let mut found = Self { scene, materials, meshes, flat, leaves, first };
+        if found.meshes.iter().all(|m| m.count == 0) {
+            return found;
+        }
+        found.share_trees(flat_limit);
+        for (i, instance) in scene.instances().iter().enumerate() {
+            found.append_instance(i as u32, instance, items);
+        }
+        found
+    }
+
+    /// Number of lights.
+    pub(super) fn len(&self) -> usize {
+        self.flat.len()
+    }
+
+    fn append_instance(&mut self, number: u32, instance: &Instance, items: &mut Vec<Item>) {
+        let found = &self.meshes[instance.mesh as usize];
+        if found.count == 0 {
+            self.first.push(NONE);
+            return;
+        }
+        let first = self.flat.len() as u32;
+        self.first.push(first);
+        let map = &instance.world_from_object;
+        let mesh = &self.scene.meshes()[instance.mesh as usize];
+        if let Some(shared) = &found.shared {
+            items.push(shared.item(map, first));
+            self.leaves.push(Leaf { instance: number, triangle: 0 });
+            let shape = TriangleLight::new([Vec3::ZERO; 3], 1.0);
+            self.flat.push(FlatLight { shape, radiance: Vec3::ZERO, kind: Kind::Shared });
+        } else {
+            items.extend(found.items(mesh, map, first));
+            for (_, triangle, run) in found.triangles() {
+                self.leaves.push(Leaf { instance: number, triangle });
+                self.flat.push(FlatLight::new(TriangleLight::placed(mesh.corners(triangle), map), run));
+            }
+        }
+    }
+
+    /// Gives trees of their own to the meshes with the most instanced triangles, until the others fit.
+    fn share_trees(&mut self, flat_limit: u64) {
+        let mut uses = vec![0_u64; self.meshes.len()];
+        for instance in self.scene.instances() {
+            uses[instance.mesh as usize] += 1;
+        }
+        let cost = |i: usize| uses[i] * u64::from(self.meshes[i].count);
+        let mut total: u64 = (0..uses.len()).map(cost).sum();
+        let mut order: Vec<usize> =
+            (0..uses.len()).filter(|&i| uses[i] > 1 && self.meshes[i].count > 1).collect();
+        order.sort_by_key(|&i| (std::cmp::Reverse(cost(i)), i));
+        let mut chosen = Vec::new();
+        for i in order {
+            if total > flat_limit {
+                total -= cost(i) - uses[i];
+                chosen.push(i);
+            }
+        }
+        for i in chosen {
+            self.meshes[i].shared = SharedTree::new(&self.meshes[i], &self.scene.meshes()[i]);
+        }
+    }
+
+    /// A point of the chosen light.
+    #[inline]
+    pub(super) fn sample(&self, choice: &Choice, from: Vec3, normal: Vec3, u: Vec2) -> Option<SurfaceSample> {
+        let flat = &self.flat[choice.light as usize];
+        match flat.kind {
+            Kind::OneSided | Kind::TwoSided => {
+                let lit = flat.kind == Kind::TwoSided || flat.shape.faces(from);
+                let point = if lit { flat.shape.sample(from, u)? } else { return None };
+                Some(SurfaceSample { point, radiance: flat.radiance, probability: choice.probability })
+            }
+            Kind::Textured => {
+                let leaf = self.leaves[choice.light as usize];
+                self.sample_triangle(leaf, &flat.shape, from, u, choice.probability)
+            }
+            Kind::Shared => self.sample_shared(choice, from, normal, u),
+        }
+    }
+
+    fn sample_shared(&self, choice: &Choice, from: Vec3, normal: Vec3, u: Vec2) -> Option<SurfaceSample> {
+        let instance = self.leaves[choice.light as usize].instance;
+        let (mesh, map) = self.placed(instance);
+        let shared = mesh.shared.as_ref()?;
+        let view = ObjectView::new(map, from, normal);
+        let estimate = shared.tree.estimate(view.from, view.normal, view.similar);
+        let inner = shared.tree.sample(&estimate, view.from, view.normal, choice.u, view.similar)?;
+        let leaf = Leaf { instance, triangle: mesh.triangle(inner.light) };
+        let shape = self.shape(&leaf);
+        self.sample_triangle(leaf, &shape, from, u, choice.probability * inner.probability)
+    }
+
+    fn sample_triangle(
+        &self,
+        leaf: Leaf,
+        shape: &TriangleLight,
+        from: Vec3,
+        u: Vec2,
+        probability: f32,
+    ) -> Option<SurfaceSample> {
+        let mesh_number = self.scene.instances()[leaf.instance as usize].mesh as usize;
+        let (_, run) = self.meshes[mesh_number].find(leaf.triangle)?;
+        if !run.two_sided && !shape.faces(from) {
+            return None;
+        }
+        let point = shape.sample(from, u)?;
+        let radiance = run.constant.unwrap_or_else(|| {
+            let mesh = &self.scene.meshes()[mesh_number];
+            emitted(mesh, self.materials, run.material, leaf.triangle, point.barycentric)
+        });
+        Some(SurfaceSample { point, radiance, probability })
+    }
+
+    /// The light that a triangle belongs to, and its number in the instance's shared tree.
+    #[inline]
+    pub(super) fn find(&self, instance: u32, triangle: u32) -> Option<(u32, Option<u32>)> {
+        let first = self.first.get(instance as usize).copied().filter(|&f| f != NONE)?;
+        let (mesh, _) = self.placed(instance);
+        let (number, _) = mesh.find(triangle)?;
+        Some(if mesh.shared.is_some() { (first, Some(number)) } else { (first + number, None) })
+    }
+
+    /// Density over solid angle with which [`Surfaces::sample`] finds `position` on what [`Surfaces::find`] found.
+    #[inline]
+    pub(super) fn pdf(
+        &self,
+        (light, shared): (u32, Option<u32>),
+        triangle: u32,
+        from: Vec3,
+        normal: Vec3,
+        position: Vec3,
+    ) -> f32 {
+        let Some(number) = shared else { return self.flat[light as usize].shape.pdf(from, position) };
+        let instance = self.leaves[light as usize].instance;
+        let (mesh, map) = self.placed(instance);
+        let Some(tree) = &mesh.shared else { return 0.0 };
+        let view = ObjectView::new(map, from, normal);
+        let estimate = tree.tree.estimate(view.from, view.normal, view.similar);
+        let trail = tree.trails[number as usize];
+        tree.tree.probability(&estimate, trail, view.from, view.normal, view.similar)
+            * self.shape(&Leaf { instance, triangle }).pdf(from, position)
+    }
+
+    fn placed(&self, instance: u32) -> (&EmissiveMesh, &Affine3) {
+        let instance = &self.scene.instances()[instance as usize];
+        (&self.meshes[instance.mesh as usize], &instance.world_from_object)
+    }
+
+    fn shape(&self, leaf: &Leaf) -> TriangleLight {
+        let instance = &self.scene.instances()[leaf.instance as usize];
+        let mesh = &self.scene.meshes()[instance.mesh as usize];
+        TriangleLight::placed(mesh.corners(leaf.triangle), &instance.world_from_object)
+    }
+
+    pub(super) fn bytes(&self) -> usize {
+        self.first.len() * 4
+            + self.flat.len() * size_of::<(FlatLight, Leaf)>()
+            + self.meshes.iter().map(EmissiveMesh::bytes).sum::<usize>()
+    }
+}
+
+impl FlatLight {
+    fn new(shape: TriangleLight, run: &Run) -> Self {
+        let kind = match run.constant {
+            None => Kind::Textured,
+            Some(_) if run.two_sided => Kind::TwoSided,
+            Some(_) => Kind::OneSided,
+        };
+        Self { shape, radiance: run.constant.unwrap_or(Vec3::ZERO), kind }
+    }
+}
+
+impl ObjectView {
+    fn new(world_from_object: &Affine3, from: Vec3, normal: Vec3) -> Self {
+        Self {
+            from: world_from_object.inverse().transform_point3(from),
+            normal: (world_from_object.matrix3.transpose() * normal).normalize_or_zero(),
+            similar: is_similarity(world_from_object),
+        }
+    }
+}
