@@ -54,16 +54,67 @@ impl Camera {
         }
     }
 
-    /// A camera from which the whole of `bounds` is seen, from the front, a little right and above.
+    /// A camera from which the whole of `bounds` is seen in any picture that is at least as wide as high, from the
+    /// front, a little right and above.
     #[must_use]
     pub fn framing(bounds: &Aabb) -> Self {
-        let fov = 0.6_f32;
-        let (center, radius) = if bounds.is_empty() {
-            (Vec3::ZERO, 1.0)
-        } else {
-            (bounds.center(), (bounds.size().length() * 0.5).max(1e-20))
-        };
+        /// Tangent of half the angle of view, and the part of it that the bounds may fill.
+        const HALF_HEIGHT: f32 = 0.309_336_25;
+        const FILLED: f32 = 0.92;
+        let bounds = if bounds.is_empty() { Aabb { min: -Vec3::ONE, max: Vec3::ONE } } else { *bounds };
         let direction = Vec3::new(0.5, 0.38, 1.0).normalize();
-        Self::look_at("framing", center + direction * (radius / 0.2955), center, fov)
+        let camera = Self::look_at("framing", direction, Vec3::ZERO, 0.6);
+        let camera_from_world = camera.world_from_camera.matrix3.transpose();
+        let half = bounds.size() * 0.5;
+        let needed = |i: u32| {
+            let sign = |bit: u32| if i >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = camera_from_world * (half * Vec3::new(sign(0), sign(1), sign(2)));
+            corner.x.abs().max(corner.y.abs()) / (HALF_HEIGHT * FILLED) + corner.z
+        };
+        let distance = (0..8).map(needed).fold(1e-20, f32::max);
+        Self::look_at("framing", bounds.center() + direction * distance, bounds.center(), 0.6)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Largest of |x| and |y| over the corners of `bounds`, in units of half the picture's height.
+    fn extent(bounds: &Aabb) -> f32 {
+        let camera = Camera::framing(bounds);
+        let camera_from_world = camera.world_from_camera.inverse();
+        let corner = |i: u32| {
+            let pick =
+                |bit: u32, axis: usize| if i >> bit & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+            let p = camera_from_world.transform_point3(Vec3::new(pick(0, 0), pick(1, 1), pick(2, 2)));
+            assert!(p.z < 0.0, "behind the camera");
+            p.x.abs().max(p.y.abs()) / (-p.z * 0.3_f32.tan())
+        };
+        (0..8).map(corner).fold(0.0, f32::max)
+    }
+
+    #[test]
+    fn the_framing_shows_the_bounds_and_fills_the_picture() {
+        let boxes = [
+            [1.0, 1.0, 1.0],
+            [10.0, 0.1, 0.1],
+            [0.1, 10.0, 0.1],
+            [0.1, 0.1, 10.0],
+            [1e-6, 2e-6, 0.0],
+            [1e9, 1e8, 1e7],
+        ];
+        for size in boxes {
+            let min = Vec3::new(-3.0, 2.0, 5.0) * size[0];
+            let extent = extent(&Aabb { min, max: min + Vec3::from_array(size) });
+            assert!((extent - 0.92).abs() < 0.01, "{size:?}: {extent}");
+        }
+    }
+
+    #[test]
+    fn points_and_nothing_have_a_camera() {
+        for bounds in [Aabb::EMPTY, Aabb::point(Vec3::ONE)] {
+            assert!(Camera::framing(&bounds).world_from_camera.is_finite());
+        }
     }
 }

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use vastlight::film::{Aov, BitDepth, PngOptions, ToneCurve};
 use vastlight::math::Vec3;
-use vastlight::scene::{Camera, Scene};
+use vastlight::scene::{Camera, Diagnostic, Scene};
 use vastlight::trace::TracerConfig;
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
@@ -105,7 +105,7 @@ struct OutputArguments {
     /// Write what it cost as JSON
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
-    /// Warnings about the scene are errors (3), and so are samples that are not finite (7)
+    /// Samples that are not finite are an error (exit code 7); the picture is written all the same
     #[arg(long)]
     strict: bool,
 }
@@ -201,7 +201,7 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
 
     let scene = arguments.scene.load()?;
     let load_ms = millis(start.elapsed());
-    show_findings(&scene, common, &reporter, arguments.output.strict)?;
+    show_findings(&scene, common, &reporter);
     let request = arguments.picture.request(&scene, arguments.output.aov.clone())?;
     check_memory(&scene, &request, common)?;
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.scene));
@@ -209,6 +209,10 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let control = Control { cancel, progress: &|p| reporter.update(p) };
     let rendered = vastlight::render(&scene, &request, &control)?;
     reporter.finish();
+    if rendered.film.samples() == 0 {
+        eprintln!("interrupted before the first sample, {} is not written", file.name());
+        return Ok(Exit::Interrupted);
+    }
     file.write(&rendered.develop(), &png)?;
     if let Some(path) = &arguments.output.stats {
         output::write_text(path, &stats_json(&rendered, load_ms, start))?;
@@ -277,19 +281,31 @@ fn millis(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-/// Warnings about the scene, the first ones in full.
-fn show_findings(scene: &Scene, common: &Common, reporter: &Reporter, strict: bool) -> Result<(), Error> {
+/// Warnings about the scene: each kind once, the first kinds in full.
+fn show_findings(scene: &Scene, common: &Common, reporter: &Reporter) {
     const SHOWN: usize = 8;
-    let findings = scene.diagnostics().items();
-    if let (true, Some(first)) = (strict, findings.first()) {
-        return Err(Error::scene(&first.what, &first.place, "a warning, but --strict was given"));
+    let kinds = kinds_of(scene.diagnostics().items());
+    let shown = if common.verbose { kinds.len() } else { SHOWN };
+    for (finding, count) in kinds.iter().take(shown) {
+        let more = if *count > 1 { format!(" [and {} more like it]", count - 1) } else { String::new() };
+        warn(reporter, common, &format!("{finding}{more}"));
     }
-    let shown = if common.verbose { findings.len() } else { SHOWN };
-    findings.iter().take(shown).for_each(|f| warn(reporter, common, &f.to_string()));
-    if findings.len() > shown {
-        warn(reporter, common, &format!("{} more warnings (see vastlight validate)", findings.len() - shown));
+    if kinds.len() > shown {
+        let message = format!("{} more kinds of warnings (see vastlight validate)", kinds.len() - shown);
+        warn(reporter, common, &message);
     }
-    Ok(())
+}
+
+/// The first finding of each kind and how many there are of it, in the order of the first ones.
+fn kinds_of(findings: &[Diagnostic]) -> Vec<(&Diagnostic, usize)> {
+    let mut kinds: Vec<(&Diagnostic, usize)> = Vec::new();
+    for finding in findings {
+        match kinds.iter_mut().find(|(first, _)| first.what == finding.what) {
+            Some((_, count)) => *count += 1,
+            None => kinds.push((finding, 1)),
+        }
+    }
+    kinds
 }
 
 fn warn(reporter: &Reporter, common: &Common, message: &str) {
