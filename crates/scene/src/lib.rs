@@ -15,6 +15,7 @@ mod material;
 mod mesh;
 mod metals;
 mod scene;
+mod tangents;
 
 pub use camera::{Camera, Projection};
 pub use desc::{Instance, SceneDesc};

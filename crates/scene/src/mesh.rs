@@ -25,7 +25,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Unit shading normals, or empty.
     pub normals: Vec<Vec3>,
-    /// Unit tangents with the bitangent's sign in `w` (glTF's convention), or empty.
+    /// Unit tangents with the bitangent's sign in `w` (glTF's convention), or empty; zero where a file has none, until
+    /// the scene derives them.
     pub tangents: Vec<Vec4>,
     /// Texture coordinate sets; each as long as `positions`. `v` grows downwards (glTF's convention).
     pub uvs: Vec<Vec<Vec2>>,

@@ -1,5 +1,6 @@
 //! The validated scene.
 
+use crate::tangents::{self, tangent_sets};
 use crate::{
     Camera, Diagnostic, Diagnostics, Environment, Image, Instance, Lattice, Light, Material, Mesh, Part,
     SceneDesc, SceneError, Sky, Texture,
@@ -20,7 +21,7 @@ impl Scene {
     /// Checks `desc`, repairs what can be repaired (and says so in [`Scene::diagnostics`]).
     ///
     /// Triangles with non-finite corners collapse to a point, so that triangle numbers stay; positions are snapped to
-    /// the mesh's [`Lattice`]; instances with a non-finite or singular matrix are dropped; a scene without material,
+    /// the mesh's [`Lattice`]; tangents are derived where a material needs them; instances with a non-finite or singular matrix are dropped; a scene without material,
     /// camera or light gets a neutral one of each.
     ///
     /// # Errors
@@ -34,6 +35,8 @@ impl Scene {
         }
         check_indices(&desc)?;
         let found: Vec<Diagnostic> = desc.meshes.par_iter_mut().flat_map_iter(repair_mesh).collect();
+        let sets = tangent_sets(&desc.materials, &desc.textures);
+        desc.meshes.par_iter_mut().for_each(|mesh| tangents::derive(mesh, &sets));
         for diagnostic in found {
             desc.diagnostics.push(diagnostic);
         }

@@ -169,8 +169,9 @@ impl<'s> MaterialTable<'s> {
         m.normal_map.is_some() || m.clearcoat_normal_map.is_some() || m.anisotropy != 0.0
     }
 
+    /// A texture's value; white for an index that is not there.
     fn texture(&self, index: u32, point: &ShadingPoint) -> Vec4 {
-        let texture = &self.textures[index as usize];
+        let Some(texture) = self.textures.get(index as usize) else { return Vec4::ONE };
         texture.lookup(point.uvs.get(texture.uv_set() as usize).copied().unwrap_or_default())
     }
 

@@ -110,7 +110,7 @@ fn merge(mesh: &mut Mesh, mut surfaces: Vec<(Surface, u32)>) {
         mesh.positions.extend(surface.positions);
         mesh.normals.extend(surface.normals);
         if tangents {
-            extend(&mut mesh.tangents, surface.tangents, vertices, Vec4::new(1.0, 0.0, 0.0, 1.0));
+            extend(&mut mesh.tangents, surface.tangents, vertices, Vec4::ZERO);
         }
         if colors {
             extend(&mut mesh.colors, surface.colors, vertices, Vec4::ONE);
