@@ -81,7 +81,7 @@ def main():
             "cameras": [{"type": "perspective", "perspective": {"yfov": float(np.radians(40)), "znear": 0.01}}]}
     (out / "scene.bin").write_bytes(blob)
     (out / "scene.gltf").write_text(json.dumps(gltf))
-    (out / "environment.toml").write_text('[environment]\nconstant = [0.5, 0.5, 0.5]\n')
+    (out / "environment.toml").write_text('[environment]\ncolor = [0.5, 0.5, 0.5]\n')
 
 
 if __name__ == "__main__":

@@ -20,12 +20,13 @@ pub struct Sky {
 }
 
 impl Default for Sky {
+    /// A late morning over dark ground, with the sun to the left of the default camera.
     fn default() -> Self {
         Self {
-            sun_azimuth: 2.2,
+            sun_azimuth: -2.5,
             sun_elevation: 0.8,
             turbidity: 3.0,
-            ground_albedo: Vec3::splat(0.3),
+            ground_albedo: Vec3::splat(0.12),
             strength: 1.0,
             sun_disc: true,
         }

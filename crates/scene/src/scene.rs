@@ -249,9 +249,13 @@ fn world_bounds(desc: &SceneDesc) -> Aabb {
         .fold(Aabb::EMPTY, Aabb::union)
 }
 
-/// What the description says, or a sky where nothing else shines.
+/// What the description says, or a sky where nothing else lights the scene.
+///
+/// A material that emits no more than a radiance of 1 is a glowing label or display, not a lamp: files full of those
+/// are meant to be seen under a viewer's own light.
 fn environment_or_sky(desc: &SceneDesc) -> Environment {
-    let shines = !desc.lights.is_empty() || desc.materials.iter().any(Material::is_emissive);
+    let is_lamp = |m: &Material| m.is_emissive() && m.emission.factor.max_element() > 1.0;
+    let shines = !desc.lights.is_empty() || desc.materials.iter().any(is_lamp);
     match &desc.environment {
         Some(environment) => environment.clone(),
         None if shines => Environment::Constant(Vec3::ZERO),
@@ -282,6 +286,16 @@ mod tests {
         assert_eq!((scene.materials().len(), scene.cameras().len()), (1, 1));
         assert!(matches!(scene.environment(), Environment::Sky(_)));
         assert_eq!(scene.bounds(), Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 1.0, 0.0) });
+    }
+
+    #[test]
+    fn lamps_replace_the_default_sky_and_labels_do_not() {
+        for (radiance, lit_by_sky) in [(1.0, true), (5.0, false)] {
+            let mut desc = one_triangle();
+            desc.materials.push(Material::emitter("glow", Vec3::splat(radiance), false));
+            let scene = Scene::new(desc).expect("valid");
+            assert_eq!(matches!(scene.environment(), Environment::Sky(_)), lit_by_sky);
+        }
     }
 
     #[test]
