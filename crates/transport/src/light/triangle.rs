@@ -29,7 +29,7 @@ pub(super) struct TrianglePoint {
 }
 
 /// Triangles whose area divided by the squared distance is less are sampled by area: nothing is gained there.
-const FAR_RATIO: f32 = 0.03;
+const FAR_RATIO: f32 = 0.1;
 /// Solid angles outside are sampled by area, because the construction on the sphere loses its digits.
 const SOLID_ANGLES: std::ops::Range<f32> = 3e-4..6.2;
 

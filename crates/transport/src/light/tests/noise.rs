@@ -24,7 +24,7 @@ pub(super) fn scattered(count: u32) -> SceneDesc {
 }
 
 /// Mean over points of the ground of the relative variance of a single sample's irradiance.
-fn relative_variance(count: u32) -> f64 {
+pub(super) fn relative_variance(count: u32) -> f64 {
     with_lights(scattered(count), 1 << 20, |_, lights| {
         let mut rng = Rng::new(5);
         let points = 64;
