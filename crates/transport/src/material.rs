@@ -98,8 +98,10 @@ impl<'s> MaterialTable<'s> {
     pub fn evaluate(&self, material: u32, point: &ShadingPoint) -> Evaluated {
         let row = &self.rows[material as usize];
         let mut out = row.plain;
+        let mut lookups = self.lookups(point);
+        out.alpha = lookups.alpha(row.material);
         if row.textured {
-            self.apply_textures(row.material, point, &mut out);
+            lookups.apply(row.material, &mut out);
         }
         if point.color != Vec4::ONE {
             let tint = point.color.truncate().max(Vec3::ZERO);
@@ -108,34 +110,20 @@ impl<'s> MaterialTable<'s> {
                 out.emission *= tint;
             }
         }
-        if row.material.alpha_mode != AlphaMode::Opaque {
-            out.alpha = self.alpha(material, point);
-        }
         out
     }
 
     /// Coverage at a point: 1 for an opaque surface, 0 or 1 for a masked one.
     #[must_use]
     pub fn alpha(&self, material: u32, point: &ShadingPoint) -> f32 {
-        let m = self.rows[material as usize].material;
-        match m.alpha_mode {
-            AlphaMode::Opaque => 1.0,
-            AlphaMode::Mask(cutoff) => {
-                if self.scalar(&m.alpha, point) * point.color.w >= cutoff {
-                    1.0
-                } else {
-                    0.0
-                }
-            }
-            AlphaMode::Blend => unit(self.scalar(&m.alpha, point) * point.color.w),
-        }
+        self.lookups(point).alpha(self.rows[material as usize].material)
     }
 
     /// Emitted radiance at a point, W/(sr m^2), without the rest of the material. Zero for unlit materials.
     #[must_use]
     pub fn emission(&self, material: u32, point: &ShadingPoint) -> Vec3 {
         let m = self.rows[material as usize].material;
-        if m.unlit { Vec3::ZERO } else { self.color(&m.emission, point) }
+        if m.unlit { Vec3::ZERO } else { self.lookups(point).color(&m.emission) }
     }
 
     /// Absorption coefficient of the material's inside, 1/metre; zero for none.
@@ -169,65 +157,96 @@ impl<'s> MaterialTable<'s> {
         m.normal_map.is_some() || m.clearcoat_normal_map.is_some() || m.anisotropy != 0.0
     }
 
+    fn lookups<'a>(&'a self, point: &'a ShadingPoint) -> Lookups<'a> {
+        Lookups { textures: &self.textures, point, last: None }
+    }
+}
+
+/// Looks inputs up at one point. Neighbouring inputs often share a texture (roughness and metallic, colour and alpha):
+/// the last value is kept.
+struct Lookups<'a> {
+    textures: &'a [PreparedTexture<'a>],
+    point: &'a ShadingPoint,
+    last: Option<(u32, Vec4)>,
+}
+
+impl Lookups<'_> {
     /// A texture's value; white for an index that is not there.
-    fn texture(&self, index: u32, point: &ShadingPoint) -> Vec4 {
+    fn texture(&mut self, index: u32) -> Vec4 {
+        if let Some((last, value)) = self.last
+            && last == index
+        {
+            return value;
+        }
         let Some(texture) = self.textures.get(index as usize) else { return Vec4::ONE };
-        texture.lookup(point.uvs.get(texture.uv_set() as usize).copied().unwrap_or_default())
+        let uv = self.point.uvs.get(texture.uv_set() as usize).copied().unwrap_or_default();
+        let value = texture.lookup(uv);
+        self.last = Some((index, value));
+        value
     }
 
-    fn scalar(&self, input: &ScalarInput, point: &ShadingPoint) -> f32 {
+    fn scalar(&mut self, input: &ScalarInput) -> f32 {
         match input.texture {
             None => input.factor,
-            Some((index, channel)) => input.factor * select(self.texture(index, point), channel),
+            Some((index, channel)) => input.factor * select(self.texture(index), channel),
         }
     }
 
-    fn color(&self, input: &ColorInput, point: &ShadingPoint) -> Vec3 {
+    fn color(&mut self, input: &ColorInput) -> Vec3 {
         match input.texture {
             None => input.factor,
-            Some(index) => input.factor * self.texture(index, point).truncate(),
+            Some(index) => input.factor * self.texture(index).truncate(),
         }
     }
 
-    fn normal(&self, map: &NormalMap, point: &ShadingPoint) -> Option<Vec3> {
-        let n = self.texture(map.texture, point).truncate() * 2.0 - 1.0;
-        let n = Vec3::new(n.x * map.scale, n.y * map.scale, n.z.max(1e-3));
-        n.try_normalize()
+    fn normal(&mut self, map: &NormalMap) -> Option<Vec3> {
+        let n = self.texture(map.texture).truncate() * 2.0 - 1.0;
+        Vec3::new(n.x * map.scale, n.y * map.scale, n.z.max(1e-3)).try_normalize()
     }
 
-    fn apply_textures(&self, m: &Material, point: &ShadingPoint, out: &mut Evaluated) {
+    fn alpha(&mut self, m: &Material) -> f32 {
+        if m.alpha_mode == AlphaMode::Opaque {
+            return 1.0;
+        }
+        let alpha = self.scalar(&m.alpha) * self.point.color.w;
+        match m.alpha_mode {
+            AlphaMode::Mask(cutoff) if alpha >= cutoff => 1.0,
+            AlphaMode::Mask(_) => 0.0,
+            _ => unit(alpha),
+        }
+    }
+
+    /// Replaces what textures decide.
+    fn apply(&mut self, m: &Material, out: &mut Evaluated) {
         if m.unlit {
-            out.emission = self.color(&m.base_color, point);
+            out.emission = self.color(&m.base_color);
             return;
         }
         let p = &mut out.params;
-        if m.base_color.texture.is_some() {
-            p.base_color = self.color(&m.base_color, point);
-        }
-        p.metallic = self.scalar(&m.metallic, point);
-        p.roughness = self.scalar(&m.roughness, point);
-        p.specular = self.scalar(&m.specular, point);
-        p.specular_color = self.color(&m.specular_color, point);
-        p.transmission = self.scalar(&m.transmission, point);
-        p.clearcoat = self.scalar(&m.clearcoat, point);
-        p.clearcoat_roughness = self.scalar(&m.clearcoat_roughness, point);
-        p.sheen_color = self.color(&m.sheen_color, point);
-        p.sheen_roughness = self.scalar(&m.sheen_roughness, point);
-        p.iridescence = self.scalar(&m.iridescence, point);
+        p.base_color = self.color(&m.base_color);
+        p.metallic = self.scalar(&m.metallic);
+        p.roughness = self.scalar(&m.roughness);
+        p.transmission = self.scalar(&m.transmission);
+        p.specular = self.scalar(&m.specular);
+        p.specular_color = self.color(&m.specular_color);
+        p.clearcoat = self.scalar(&m.clearcoat);
+        p.clearcoat_roughness = self.scalar(&m.clearcoat_roughness);
+        p.sheen_color = self.color(&m.sheen_color);
+        p.sheen_roughness = self.scalar(&m.sheen_roughness);
+        p.iridescence = self.scalar(&m.iridescence);
         if let Some(index) = m.iridescence_thickness_texture {
             let [low, high] = m.iridescence_thickness;
-            p.iridescence_thickness = low + (high - low) * self.texture(index, point).y;
+            p.iridescence_thickness = low + (high - low) * self.texture(index).y;
         }
         if let Some(index) = m.anisotropy_texture {
-            let texel = self.texture(index, point);
+            let texel = self.texture(index);
             let d = Vec2::new(texel.x, texel.y) * 2.0 - Vec2::ONE;
             p.anisotropy = m.anisotropy * texel.z;
-            let rotation = p.anisotropy_direction;
-            p.anisotropy_direction = rotation.rotate(d.normalize_or(Vec2::X));
+            p.anisotropy_direction = p.anisotropy_direction.rotate(d.normalize_or(Vec2::X));
         }
-        out.emission = self.color(&m.emission, point);
-        out.normal = m.normal_map.as_ref().and_then(|map| self.normal(map, point));
-        out.clearcoat_normal = m.clearcoat_normal_map.as_ref().and_then(|map| self.normal(map, point));
+        out.emission = self.color(&m.emission);
+        out.normal = m.normal_map.as_ref().and_then(|map| self.normal(map));
+        out.clearcoat_normal = m.clearcoat_normal_map.as_ref().and_then(|map| self.normal(map));
     }
 }
 
@@ -327,4 +346,107 @@ fn select(v: Vec4, channel: Channel) -> f32 {
 
 fn unit(x: f32) -> f32 {
     if x > 0.0 { x.min(1.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_scene::{Encoding, Image, SceneDesc, Texels, Texture};
+
+    /// A scene of one material and one texture: a single texel of bytes.
+    fn scene(material: Material, texel: [u8; 4], encoding: Encoding) -> Scene {
+        let texels = Texels::U8(texel.to_vec());
+        let image = Image { name: String::new(), width: 1, height: 1, channels: 4, texels };
+        let desc = SceneDesc {
+            materials: vec![material],
+            images: vec![image],
+            textures: vec![Texture { uv_set: 1, ..Texture::new(0, encoding) }],
+            ..SceneDesc::default()
+        };
+        Scene::new(desc).expect("valid")
+    }
+
+    #[test]
+    fn factors_textures_and_vertex_colours_multiply() {
+        let material = Material {
+            base_color: ColorInput { factor: Vec3::new(0.5, 1.0, 1.0), texture: Some(0) },
+            metallic: ScalarInput { factor: 0.5, texture: Some((0, Channel::B)) },
+            roughness: ScalarInput { factor: 1.0, texture: Some((0, Channel::G)) },
+            ..Material::new("m")
+        };
+        let scene = scene(material, [255, 51, 102, 255], Encoding::Linear);
+        let table = MaterialTable::new(&scene);
+        assert_eq!(table.uv_sets(0), 2);
+        let point = ShadingPoint { color: Vec4::new(0.5, 0.5, 1.0, 1.0), ..ShadingPoint::default() };
+        let p = table.evaluate(0, &point).params;
+        assert!((p.base_color - Vec3::new(0.25, 0.1, 0.4)).abs().max_element() < 1e-6, "{}", p.base_color);
+        assert!((p.metallic - 0.2).abs() < 1e-6 && (p.roughness - 0.2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn alpha_is_ignored_tested_or_blended() {
+        let alpha = ScalarInput { factor: 0.5, texture: Some((0, Channel::A)) };
+        for (mode, expected) in [
+            (AlphaMode::Opaque, 1.0),
+            (AlphaMode::Mask(0.19), 1.0),
+            (AlphaMode::Mask(0.21), 0.0),
+            (AlphaMode::Blend, 0.2),
+        ] {
+            let material = Material { alpha, alpha_mode: mode, ..Material::new("m") };
+            let scene = scene(material, [0, 0, 0, 102], Encoding::Srgb);
+            let table = MaterialTable::new(&scene);
+            let point = ShadingPoint::default();
+            assert!((table.alpha(0, &point) - expected).abs() < 1e-6, "{mode:?}");
+            assert_eq!(table.evaluate(0, &point).alpha, table.alpha(0, &point));
+        }
+    }
+
+    #[test]
+    fn attenuation_gives_the_colour_at_its_distance() {
+        let material = Material {
+            attenuation_color: Vec3::new(0.5, 1.0, 0.1),
+            attenuation_distance: 2.0,
+            ..Material::glass("g", 1.5, 0.0)
+        };
+        let scene = scene(material.clone(), [0; 4], Encoding::Srgb);
+        let sigma = MaterialTable::new(&scene).evaluate(0, &ShadingPoint::default()).attenuation;
+        let left = Vec3::new(real::exp(-2.0 * sigma.x), real::exp(-2.0 * sigma.y), real::exp(-2.0 * sigma.z));
+        assert!((left - material.attenuation_color).abs().max_element() < 1e-5);
+        assert_eq!(attenuation(&Material { thickness: 0.0, ..material }), Vec3::ZERO);
+    }
+
+    #[test]
+    fn unlit_materials_show_their_colour_and_scatter_nothing() {
+        let base_color = ColorInput { factor: Vec3::new(1.0, 0.5, 0.25), texture: Some(0) };
+        let scene =
+            scene(Material { unlit: true, base_color, ..Material::new("u") }, [255; 4], Encoding::Srgb);
+        let table = MaterialTable::new(&scene);
+        let e = table.evaluate(0, &ShadingPoint::default());
+        assert!(e.unlit && (e.emission - base_color.factor).length() < 1e-6);
+        assert!(!crate::Bsdf::new(&e.params).has_nondelta());
+        assert_eq!(table.emission(0, &ShadingPoint::default()), Vec3::ZERO);
+    }
+
+    #[test]
+    fn normal_maps_bend_the_frame_and_not_the_coat() {
+        let map = Some(NormalMap { texture: 0, scale: 1.0 });
+        let material = Material { normal_map: map, clearcoat: ScalarInput::new(1.0), ..Material::new("n") };
+        let scene = scene(material, [217, 128, 217, 255], Encoding::Linear);
+        let mut e = MaterialTable::new(&scene).evaluate(0, &ShadingPoint::default());
+        for y in [Vec3::Y, -Vec3::Y] {
+            let flat = Frame { x: Vec3::X, y, z: Vec3::Z };
+            let bent = e.shading_frame(&flat);
+            assert!(bent.z.x > 0.7 && bent.x.dot(bent.z).abs() < 1e-6);
+            assert!((bent.y - y).length() < 0.1, "handedness stays: {}", bent.y);
+            assert!((bent.to_outer(e.params.clearcoat_normal) - Vec3::Z).length() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn textures_that_do_not_exist_are_white() {
+        let base_color = ColorInput { factor: Vec3::splat(0.5), texture: Some(77) };
+        let scene = scene(Material { base_color, ..Material::new("m") }, [0; 4], Encoding::Srgb);
+        let p = MaterialTable::new(&scene).evaluate(0, &ShadingPoint::default()).params;
+        assert_eq!(p.base_color, Vec3::splat(0.5));
+    }
 }

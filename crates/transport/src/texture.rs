@@ -141,3 +141,85 @@ fn wrap(i: i64, size: u32, mode: Wrap) -> usize {
     };
     wrapped as usize
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_scene::TextureTransform;
+
+    /// A grey image of 3 x 2 bytes: 0 10 20 / 30 40 50.
+    fn ramp() -> Image {
+        let texels = Texels::U8(vec![0, 10, 20, 30, 40, 50]);
+        Image { name: String::new(), width: 3, height: 2, channels: 1, texels }
+    }
+
+    fn byte(texture: &Texture, u: f32, v: f32) -> f32 {
+        PreparedTexture::new(texture, &ramp()).lookup(Vec2::new(u, v)).x * 255.0
+    }
+
+    #[test]
+    fn nearest_wraps_in_three_ways() {
+        let texture =
+            |mode| Texture { wrap: [mode; 2], filter: Filter::Nearest, ..Texture::new(0, Encoding::Linear) };
+        let columns = [-0.6_f32, -0.1, 0.1, 0.5, 0.9, 1.1, 1.9].map(|x| x / 1.0);
+        let row = |mode| columns.map(|u| byte(&texture(mode), u, 0.25).round() as i32);
+        assert_eq!(row(Wrap::Repeat), [10, 20, 0, 10, 20, 0, 20]);
+        assert_eq!(row(Wrap::Mirror), [10, 0, 0, 10, 20, 20, 0]);
+        assert_eq!(row(Wrap::Clamp), [0, 0, 0, 10, 20, 20, 20]);
+    }
+
+    #[test]
+    fn bilinear_interpolates_between_centres_and_over_the_seam() {
+        let texture = Texture::new(0, Encoding::Linear);
+        assert!((byte(&texture, 0.5, 0.25) - 10.0).abs() < 1e-3);
+        assert!((byte(&texture, 1.0 / 3.0, 0.25) - 5.0).abs() < 1e-3);
+        assert!((byte(&texture, 0.5, 0.5) - 25.0).abs() < 1e-3);
+        assert!((byte(&texture, 0.0, 0.25) - 10.0).abs() < 1e-3, "half of 0 and 20");
+    }
+
+    #[test]
+    fn srgb_is_decoded_for_colour_and_not_for_alpha() {
+        let image = |texels| Image { name: String::new(), width: 1, height: 1, channels: 4, texels };
+        let bytes = image(Texels::U8(vec![188, 0, 255, 188]));
+        let srgb = Texture::new(0, Encoding::Srgb);
+        let v = PreparedTexture::new(&srgb, &bytes).lookup(Vec2::splat(0.3));
+        assert!((v - Vec4::new(0.502_886, 0.0, 1.0, 188.0 / 255.0)).abs().max_element() < 1e-5, "{v}");
+        let words = image(Texels::U16(vec![32_896, 0, 65_535, 32_896]));
+        let v = PreparedTexture::new(&srgb, &words).lookup(Vec2::splat(0.3));
+        assert!((v.x - linear_from_srgb(32_896.0 / 65_535.0)).abs() < 1e-6 && (v.w - 0.501_96).abs() < 1e-4);
+        let floats = image(Texels::F32(vec![3.5, f32::NAN, 0.25, 1.0]));
+        assert_eq!(PreparedTexture::new(&srgb, &floats).lookup(Vec2::ZERO), Vec4::new(3.5, 0.0, 0.25, 1.0));
+    }
+
+    #[test]
+    fn the_transform_scales_turns_counter_clockwise_and_moves() {
+        let transform = TextureTransform {
+            offset: Vec2::new(0.1, 0.2),
+            rotation: std::f32::consts::FRAC_PI_2,
+            scale: Vec2::new(0.5, 2.0),
+        };
+        let image = ramp();
+        let texture = Texture { transform, ..Texture::new(0, Encoding::Linear) };
+        let [a, b] = PreparedTexture::new(&texture, &image).matrix;
+        let map = |u: f32, v: f32| Vec2::new(a[0] * u + a[1] * v + a[2], b[0] * u + b[1] * v + b[2]);
+        // v grows downwards: counter-clockwise takes u to minus v, v to u.
+        assert!((map(1.0, 0.0) - Vec2::new(0.1, -0.3)).length() < 1e-6);
+        assert!((map(0.0, 1.0) - Vec2::new(2.1, 0.2)).length() < 1e-6);
+    }
+
+    #[test]
+    fn no_coordinate_and_no_image_breaks_a_lookup() {
+        let short = Image { texels: Texels::U8(vec![1]), ..ramp() };
+        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+            for filter in [Filter::Nearest, Filter::Linear] {
+                let texture = Texture { wrap: [wrap; 2], filter, ..Texture::new(0, Encoding::Srgb) };
+                for image in [&ramp(), &short] {
+                    for u in [f32::NAN, f32::INFINITY, -1e30, 1e30, 1e-40] {
+                        let v = PreparedTexture::new(&texture, image).lookup(Vec2::new(u, -u));
+                        assert!(v.is_finite(), "{wrap:?} {filter:?} {u} {v}");
+                    }
+                }
+            }
+        }
+    }
+}
