@@ -8,6 +8,7 @@ pub mod light;
 mod material;
 mod medium;
 mod mis;
+mod pane;
 mod path;
 mod pixel_filter;
 mod primary;
@@ -16,6 +17,7 @@ mod sample;
 mod settings;
 mod surface;
 mod texture;
+mod veil;
 mod vertex;
 mod wavefront;
 

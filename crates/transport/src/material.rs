@@ -138,6 +138,14 @@ impl<'s> MaterialTable<'s> {
         self.rows[material as usize].material.has_alpha()
     }
 
+    /// Whether the material may be a smooth thin wall somewhere, which shadow rays pass.
+    #[must_use]
+    pub fn may_be_pane(&self, material: u32) -> bool {
+        let m = self.rows[material as usize].material;
+        let smooth = m.roughness.factor < 0.1 || m.roughness.texture.is_some();
+        m.thickness <= 0.0 && m.transmission.factor > 0.0 && m.metallic.factor < 1.0 && smooth
+    }
+
     /// Whether the back emits like the front.
     #[must_use]
     pub fn is_two_sided(&self, material: u32) -> bool {

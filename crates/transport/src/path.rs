@@ -76,21 +76,28 @@ impl Shade for PathTracing {
             let seen = seen_from(path, context, &vertex, &hit);
             sample.radiance += path.throughput * emission * seen;
         }
-        if depth >= context.settings.max_depth || (self.direct_only && path.scattered) {
+        // Direct light may still be on its way through panes.
+        let only_straight = self.direct_only && path.scattered;
+        if depth >= context.settings.max_depth || (only_straight && !bsdf.is_pane()) {
             return None;
         }
         let random = VertexRandom::new(path.sampler, depth);
         let light_normal = if bsdf.transmits() { Vec3::ZERO } else { vertex.facing_normal() };
-        if bsdf.has_nondelta() {
+        if bsdf.has_nondelta() && !only_straight {
             let key = path.shadow_key(depth);
             let connection = connect(context, &vertex, &bsdf, path, light_normal, &random);
             if let Some((shadow_ray, radiance)) = connection {
                 shadows.push(path.slot, key, Ray { time: ray.time, ..shadow_ray }, radiance);
             }
         }
-        let next = continue_path(&vertex, &bsdf, path, &random)?;
-        path.origin = vertex.surface.position;
-        path.normal = light_normal;
+        let (next, straight) = continue_path(&vertex, &bsdf, path, &random)?;
+        if only_straight && !straight {
+            return None;
+        }
+        if !straight {
+            path.origin = vertex.surface.position;
+            path.normal = light_normal;
+        }
         let roulette = context.settings.russian_roulette && depth >= ROULETTE_DEPTH;
         if roulette && !survives(path, random.roulette) {
             return None;
@@ -167,8 +174,14 @@ fn connect(
     (t_max > 0.0).then_some((Ray { origin, t_min: 0.0, direction: light.wi, t_max, time: 0.0 }, radiance))
 }
 
-/// Draws the next direction and moves the path's state over the surface.
-fn continue_path(vertex: &Vertex, bsdf: &Bsdf, path: &mut PathState, random: &VertexRandom) -> Option<Ray> {
+/// Draws the next direction and moves the path's state over the surface. True if the path goes straight through a
+/// pane: it then keeps the density of its last scattering, as shadow rays through the pane expect.
+fn continue_path(
+    vertex: &Vertex,
+    bsdf: &Bsdf,
+    path: &mut PathState,
+    random: &VertexRandom,
+) -> Option<(Ray, bool)> {
     let wo = vertex.frame.to_local(vertex.wo);
     let next: BsdfSample = bsdf.sample(wo, random.lobe, random.direction)?;
     let direction = vertex.frame.to_outer(next.wi);
@@ -178,19 +191,17 @@ fn continue_path(vertex: &Vertex, bsdf: &Bsdf, path: &mut PathState, random: &Ve
     }
     path.throughput *= next.weight;
     path.eta_squared *= next.radiance_scale;
-    path.pdf = if next.delta { 0.0 } else { next.pdf };
+    let straight = next.delta && next.transmitted && bsdf.is_pane();
+    if !straight {
+        path.pdf = if next.delta { 0.0 } else { next.pdf };
+    }
     path.scattered |= !next.delta;
     path.dispersed |= next.dispersed;
     if next.transmitted {
         path.media = vertex.media_behind(path.media);
     }
-    Some(Ray {
-        origin: vertex.surface.origin_towards(direction),
-        t_min: 0.0,
-        direction,
-        t_max: FAR,
-        time: 0.0,
-    })
+    let origin = vertex.surface.origin_towards(direction);
+    Some((Ray { origin, t_min: 0.0, direction, t_max: FAR, time: 0.0 }, straight))
 }
 
 /// Russian roulette by the energy that the path still carries.

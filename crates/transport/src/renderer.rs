@@ -1,6 +1,5 @@
 //! The renderer: joins scene, tracer, materials and lights, and renders tiles.
 
-use crate::alpha::AlphaIndex;
 use crate::ao::AmbientOcclusion;
 use crate::camera::CameraRays;
 use crate::light::Lights;
@@ -9,6 +8,7 @@ use crate::path::PathTracing;
 use crate::primary::Primary;
 use crate::sample::{RenderStats, SampleSink};
 use crate::settings::{Integrator, RenderSettings, Tile};
+use crate::veil::VeilIndex;
 use crate::wavefront::{Context, Shade, Wave};
 use std::ops::Range;
 use vastlight_scene::Scene;
@@ -26,7 +26,7 @@ pub struct Renderer<'a> {
     lights: &'a Lights<'a>,
     settings: RenderSettings,
     camera: CameraRays,
-    alpha: AlphaIndex,
+    veils: VeilIndex,
 }
 
 impl<'a> Renderer<'a> {
@@ -40,7 +40,7 @@ impl<'a> Renderer<'a> {
         settings: RenderSettings,
     ) -> Self {
         let camera = CameraRays::new(&settings);
-        Self { scene, tracer, materials, lights, camera, alpha: AlphaIndex::new(scene), settings }
+        Self { scene, tracer, materials, lights, camera, veils: VeilIndex::new(scene, materials), settings }
     }
 
     /// What is rendered.
@@ -79,7 +79,7 @@ impl<'a> Renderer<'a> {
             lights: self.lights,
             settings: &self.settings,
             camera: &self.camera,
-            alpha: &self.alpha,
+            veils: &self.veils,
         };
         let mut stats = RenderStats::default();
         let mut wave = Wave::default();

@@ -87,6 +87,11 @@ impl Interface {
         (reflected, self.transmitted * passed)
     }
 
+    /// Share of light that a smooth thin wall lets through.
+    pub(crate) fn passed_straight(&self, cos: f32, eta: f32) -> Vec3 {
+        self.shares(cos, eta).1
+    }
+
     /// Probability of reflection at a microfacet.
     fn choice(reflected: Vec3, transmitted: Vec3) -> f32 {
         let r = mean3(reflected);

@@ -225,9 +225,8 @@ impl Layered {
         if !self.interface.ggx.is_delta() {
             return self.finish(out, drawn.wi);
         }
-        let passed = self.passed(out, drawn.wi);
-        let cover = out.passed.coat.min(passed.coat) * out.passed.sheen.min(passed.sheen);
-        self.mirror(out, drawn.wi, drawn.weight * (cover / out.chances.interface))
+        let share = self.covered(out, drawn.wi) / out.chances.interface;
+        self.mirror(out, drawn.wi, drawn.weight * share)
     }
 
     /// A sample of a mirror-like lobe.
@@ -248,6 +247,25 @@ impl Layered {
         let (f, pdf) = self.evaluate(out, wi);
         let sample = self.mirror(out, wi, f / pdf)?;
         Some(BsdfSample { pdf, delta: false, ..sample })
+    }
+
+    /// Share of light that goes on straight through a smooth thin wall; zero for anything else.
+    pub(crate) fn straight(&self, wo: Vec3) -> Vec3 {
+        if !self.is_pane() {
+            return Vec3::ZERO;
+        }
+        let Some(out) = self.outgoing(wo) else { return Vec3::ZERO };
+        self.interface.passed_straight(out.wo.z, out.eta) * self.covered(&out, -out.wo)
+    }
+
+    pub(crate) fn is_pane(&self) -> bool {
+        self.interface.thin && self.interface.transmits() && self.interface.ggx.is_delta()
+    }
+
+    /// What coat and sheen leave of light on its way between `wo` and `wi`.
+    fn covered(&self, out: &Outgoing, wi: Vec3) -> f32 {
+        let passed = self.passed(out, wi);
+        out.passed.coat.min(passed.coat) * out.passed.sheen.min(passed.sheen)
     }
 
     pub(crate) fn albedo(&self) -> Vec3 {

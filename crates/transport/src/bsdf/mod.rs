@@ -204,6 +204,22 @@ impl Bsdf {
         }
     }
 
+    /// Whether the surface is a smooth thin wall that light goes straight through: a window pane.
+    #[must_use]
+    pub fn is_pane(&self) -> bool {
+        matches!(&self.kind, Kind::Layered(layered) if layered.is_pane())
+    }
+
+    /// Share of light that goes straight through a pane, per channel; zero for any other surface. A sample that is
+    /// `delta` and `transmitted` there has this expected weight.
+    #[must_use]
+    pub fn straight(&self, wo: Vec3) -> Vec3 {
+        match &self.kind {
+            Kind::Lambert(_) => Vec3::ZERO,
+            Kind::Layered(layered) => layered.straight(wo),
+        }
+    }
+
     /// Colour for the albedo AOV, 0..1: diffuse and specular together, independent of direction.
     #[must_use]
     pub fn albedo(&self) -> Vec3 {

@@ -8,12 +8,13 @@ mod queues;
 
 pub(crate) use queues::{PathState, ShadowQueue};
 
-use crate::alpha::{AlphaFilter, AlphaIndex};
+use crate::alpha::AlphaFilter;
 use crate::camera::{CameraRandom, CameraRays};
 use crate::light::Lights;
 use crate::material::MaterialTable;
 use crate::sample::{RenderStats, Sample};
 use crate::settings::RenderSettings;
+use crate::veil::VeilIndex;
 use vastlight_math::{Ray, Sampler, rng};
 use vastlight_scene::Scene;
 use vastlight_trace::{AcceptAll, Hit, Tracer};
@@ -27,7 +28,7 @@ pub(crate) struct Context<'a> {
     pub(crate) lights: &'a Lights<'a>,
     pub(crate) settings: &'a RenderSettings,
     pub(crate) camera: &'a CameraRays,
-    pub(crate) alpha: &'a AlphaIndex,
+    pub(crate) veils: &'a VeilIndex,
 }
 
 /// The shading stage of an integrator.
@@ -104,18 +105,13 @@ impl Wave {
     fn trace(&mut self, context: &Context<'_>, depth: u32) {
         self.hits.clear();
         self.hits.resize(self.rays.len(), Hit::MISS);
-        if !context.alpha.any() {
+        if !context.veils.any().alpha {
             context.tracer.closest(&self.rays, &AcceptAll, &mut self.hits);
             return;
         }
         self.keys.clear();
         self.keys.extend(self.paths.iter().map(|p| p.alpha_key(depth)));
-        let filter = AlphaFilter {
-            scene: context.scene,
-            materials: context.materials,
-            index: context.alpha,
-            keys: &self.keys,
-        };
+        let filter = AlphaFilter { context, keys: &self.keys };
         context.tracer.closest(&self.rays, &filter, &mut self.hits);
     }
 

@@ -3,7 +3,10 @@
 use super::Context;
 use crate::alpha::AlphaFilter;
 use crate::medium::MediumStack;
+use crate::pane::{ShadowFilter, open_channels};
 use crate::sample::Sample;
+use crate::veil::Veils;
+use std::sync::atomic::AtomicU8;
 use vastlight_math::{Ray, Sampler, Vec3};
 use vastlight_trace::AcceptAll;
 
@@ -70,6 +73,8 @@ pub(crate) struct ShadowQueue {
     carried: Vec<(u32, Vec3)>,
     keys: Vec<u32>,
     blocked: Vec<bool>,
+    /// Colour channels that panes block, a bit each.
+    channels: Vec<AtomicU8>,
 }
 
 impl ShadowQueue {
@@ -93,20 +98,20 @@ impl ShadowQueue {
     pub(super) fn trace(&mut self, context: &Context<'_>, samples: &mut [Sample]) {
         self.blocked.clear();
         self.blocked.resize(self.rays.len(), false);
-        if context.alpha.any() {
-            let filter = AlphaFilter {
-                scene: context.scene,
-                materials: context.materials,
-                index: context.alpha,
-                keys: &self.keys,
-            };
+        self.channels.clear();
+        self.channels.resize_with(self.rays.len(), AtomicU8::default);
+        if context.veils.any() != Veils::default() {
+            let alpha = AlphaFilter { context, keys: &self.keys };
+            let filter = ShadowFilter { alpha, rays: &self.rays, blocked: &self.channels };
             context.tracer.occluded(&self.rays, &filter, &mut self.blocked);
         } else {
             context.tracer.occluded(&self.rays, &AcceptAll, &mut self.blocked);
         }
-        for (&(slot, radiance), &blocked) in self.carried.iter().zip(&self.blocked) {
+        for ((&(slot, radiance), &blocked), channels) in
+            self.carried.iter().zip(&self.blocked).zip(&self.channels)
+        {
             if !blocked {
-                samples[slot as usize].radiance += radiance;
+                samples[slot as usize].radiance += radiance * open_channels(channels);
             }
         }
     }

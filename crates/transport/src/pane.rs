@@ -1,0 +1,60 @@
+//! Window panes: shadow rays go straight through smooth thin walls, as light does.
+//!
+//! A path that goes straight through a pane keeps the density of its last scattering, so that next-event estimation
+//! through the pane and the path itself are two strategies for the same light, weighed against each other as usual.
+//!
+//! A shadow ray passes a pane in each colour channel with the probability of the share that the pane lets through. All
+//! channels use one random number, and a channel that is blocked once stays blocked: the outcome is a set of blocked
+//! channels, which does not depend on the order in which the tracer finds the panes, nor on how often.
+
+use crate::alpha::AlphaFilter;
+use crate::bsdf::Bsdf;
+use crate::vertex::Vertex;
+use std::sync::atomic::{AtomicU8, Ordering};
+use vastlight_math::rng::hash_to_unit;
+use vastlight_math::{Ray, Vec3};
+use vastlight_trace::{Hit, HitFilter};
+
+/// All channels blocked.
+const OPAQUE: u8 = 0b111;
+
+/// Accepts hits that block a shadow ray in all channels.
+#[derive(Debug)]
+pub(crate) struct ShadowFilter<'a> {
+    pub(crate) alpha: AlphaFilter<'a>,
+    pub(crate) rays: &'a [Ray],
+    /// A bit for each blocked channel of each ray.
+    pub(crate) blocked: &'a [AtomicU8],
+}
+
+impl ShadowFilter<'_> {
+    /// The channels that the pane at a hit blocks.
+    fn blocks(&self, ray: usize, hit: &Hit) -> u8 {
+        let vertex = Vertex::new(self.alpha.context, &self.rays[ray], hit);
+        let bsdf = Bsdf::new(&vertex.evaluated.params);
+        let passed = bsdf.straight(vertex.frame.to_local(vertex.wo));
+        // Another number than the one that decides about alpha.
+        let chance = hash_to_unit(&[!self.alpha.keys[ray], hit.instance, hit.prim]);
+        (0..3).filter(|&channel| chance >= passed[channel]).fold(0, |set, channel| set | 1 << channel)
+    }
+}
+
+impl HitFilter for ShadowFilter<'_> {
+    fn accepts(&self, ray: usize, hit: &Hit) -> bool {
+        let veils = self.alpha.veils(hit);
+        if veils.alpha && !self.alpha.is_there(ray, hit) {
+            return false;
+        }
+        if !veils.pane {
+            return true;
+        }
+        let blocks = self.blocks(ray, hit);
+        self.blocked[ray].fetch_or(blocks, Ordering::Relaxed) | blocks == OPAQUE
+    }
+}
+
+/// One in the channels that are not blocked, zero in the others.
+pub(crate) fn open_channels(blocked: &AtomicU8) -> Vec3 {
+    let set = blocked.load(Ordering::Relaxed);
+    Vec3::from_array([0, 1, 2].map(|channel| if set >> channel & 1 == 0 { 1.0 } else { 0.0 }))
+}
