@@ -123,7 +123,8 @@ fn constant_background_gives_pi() {
 #[test]
 fn sky_and_sun_agree_with_quadrature() {
     for (elevation, turbidity) in [(0.8, 3.0), (0.15, 6.0)] {
-        let sky = Sky { sun_elevation: elevation, turbidity, sun_disc: false, ..Sky::default() };
+        let sky =
+            Sky { sun_azimuth: 2.2, sun_elevation: elevation, turbidity, sun_disc: false, ..Sky::default() };
         let with_sun = Sky { sun_disc: true, ..sky };
         for normal in [Vec3::Y, Vec3::new(0.6, 0.64, -0.48), Vec3::NEG_Y] {
             let (sky_found, sky_expected) = with_lights(sky_scene(sky), 1, |_, lights| {
@@ -165,7 +166,7 @@ fn a_clear_day_has_the_documented_brightness_and_colour() {
         let zenith = lights.environment(Vec3::Y);
         assert!(zenith.z > 1.5 * zenith.x, "blue above: {zenith}");
     });
-    let evening = Sky { sun_elevation: 0.05, ..Sky::default() };
+    let evening = Sky { sun_azimuth: 2.2, sun_elevation: 0.05, ..Sky::default() };
     with_lights(sky_scene(evening), 1, |_, lights| {
         let towards_sun = Vec3::new(2.2_f32.sin(), 0.05, -2.2_f32.cos()).normalize();
         let glow = lights.environment((towards_sun + Vec3::Y * 0.05).normalize());
