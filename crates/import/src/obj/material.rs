@@ -176,8 +176,8 @@ impl MtlMaterial {
         }
     }
 
-    /// A clear dielectric: a closed surface refracts, an open one is a thin wall. The tint is what `d` of Kd over white
-    /// would be, or Tf.
+    /// A clear dielectric: a closed surface refracts unless Ni says that light goes straight (1), an open one is a thin
+    /// wall. The tint is what `d` of Kd over white would be, or Tf.
     fn convert_glass(&self, closed: bool, out: &mut Material) {
         let kd = self.diffuse.unwrap_or(Vec3::ONE);
         let tint = match self.filter {
@@ -192,7 +192,8 @@ impl MtlMaterial {
         out.specular_color = ColorInput::new(Vec3::ONE);
         out.roughness = ScalarInput::new(self.roughness.unwrap_or(0.0).clamp(0.0, 1.0));
         out.ior = self.ior.filter(|_| self.refracts()).unwrap_or(GLASS_IOR).min(4.0);
-        out.thickness = if closed { 1.0 } else { 0.0 };
+        let straight = self.ior.is_some() && !self.refracts();
+        out.thickness = if closed && !straight { 1.0 } else { 0.0 };
     }
 }
 
