@@ -90,7 +90,7 @@ fn direction(cos: f32, phi: f32) -> Vec3 {
 
 fn chi_square_p(bsdf: &Bsdf, wo: Vec3, density: impl Fn(Vec3) -> f32) -> (f64, f64) {
     let mut rng = Rng::new(77);
-    let grid = SphereGrid { rows: 24, columns: 24, quadrature: 24 };
+    let grid = SphereGrid { rows: 24, columns: 24, quadrature: 20 };
     let mut sample = |_| bsdf.sample(wo, rng.next_1d(), rng.next_2d()).map(|s| s.wi);
     let test = sphere_chi_square_with(grid, 20_000, &mut sample, density);
     (test.p, test.density_integral)
