@@ -3,6 +3,7 @@
 mod arguments;
 mod commands;
 mod exit;
+mod findings;
 mod interrupt;
 mod output;
 mod progress;
@@ -24,7 +25,7 @@ fn main() -> ExitCode {
     match run(&cli, start) {
         Ok(exit) => exit.into(),
         Err(error) => {
-            eprintln!("error: {error}");
+            eprintln!("error: {}", findings::one_line(&error.to_string()));
             Exit::from(error.class).into()
         }
     }

@@ -9,7 +9,7 @@ pub enum Aov {
     Albedo,
     /// Shading normal of the first surface in world space, 0 where nothing is hit.
     Normal,
-    /// Distance from the camera along the ray, scene units: the mean over samples that hit, 0 where none does.
+    /// Distance from the camera's plane along its axis, scene units: the mean over samples that hit, 0 where none does.
     Depth,
     /// The fraction of samples that hit something.
     Alpha,

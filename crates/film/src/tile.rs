@@ -15,7 +15,7 @@ pub struct PixelSample {
     pub albedo: Vec3,
     /// Shading normal in world space, unit length.
     pub normal: Vec3,
-    /// Distance along the camera ray, scene units.
+    /// Distance from the camera's plane, scene units.
     pub depth: f32,
     /// World-space position.
     pub position: Vec3,

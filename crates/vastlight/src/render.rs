@@ -24,7 +24,7 @@ pub struct RenderRequest {
     pub spp: u32,
     /// Auxiliary outputs.
     pub aovs: Vec<Aov>,
-    /// Rendering ends here with the samples that there are; at least one pass is finished.
+    /// The call ends here, building included, with the samples that there are; at least one pass is finished.
     pub time_limit: Option<Duration>,
     /// How rays are traced.
     pub tracer: TracerConfig,
@@ -91,10 +91,10 @@ impl Rendered {
 /// # Errors
 /// If the acceleration structure cannot be built.
 pub fn render(scene: &Scene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
-    let build_start = Instant::now();
+    let start = Instant::now();
     let tracer = Tracer::new(scene, &request.tracer)
         .map_err(|e| Error::new(ErrorClass::Usage, e.to_string(), "--accel", ""))?;
-    let build_ms = millis(build_start.elapsed());
+    let build_ms = millis(start.elapsed());
     let prepare_start = Instant::now();
     let materials = MaterialTable::new(scene);
     let lights = Lights::new(scene, &materials);
@@ -103,7 +103,8 @@ pub fn render(scene: &Scene, request: &RenderRequest, control: &Control<'_>) -> 
     let prepare_ms = millis(prepare_start.elapsed());
 
     let mut film = Film::new(film_settings(request));
-    let run = Run::new(&renderer, &ids, request, control);
+    let deadline = request.time_limit.and_then(|limit| start.checked_add(limit));
+    let run = Run::new(&renderer, &ids, request, control, deadline);
     let outcome = run.all_passes(&mut film);
     let total = outcome.cost;
     let stats = Stats {
@@ -182,6 +183,7 @@ struct Run<'r> {
     request: &'r RenderRequest,
     control: &'r Control<'r>,
     start: Instant,
+    deadline: Option<Instant>,
     samples: AtomicU64,
     samples_total: u64,
 }
@@ -202,17 +204,11 @@ impl<'r> Run<'r> {
         ids: &'r Ids,
         request: &'r RenderRequest,
         control: &'r Control<'r>,
+        deadline: Option<Instant>,
     ) -> Self {
         let samples_total = request.settings.region().pixels() * u64::from(request.spp);
-        Self {
-            renderer,
-            ids,
-            request,
-            control,
-            start: Instant::now(),
-            samples: AtomicU64::new(0),
-            samples_total,
-        }
+        let (start, samples) = (Instant::now(), AtomicU64::new(0));
+        Self { renderer, ids, request, control, start, deadline, samples, samples_total }
     }
 
     fn all_passes(&self, film: &mut Film) -> Outcome {
@@ -272,7 +268,7 @@ impl<'r> Run<'r> {
     }
 
     fn time_left(&self) -> Option<Duration> {
-        self.request.time_limit.map(|limit| limit.saturating_sub(self.start.elapsed()))
+        self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()))
     }
 
     fn out_of_time(&self) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
+use crate::findings;
 use crate::output::stdout_error;
 use clap::Args;
 use serde_json::json;
@@ -87,7 +88,8 @@ fn as_text(name: &str, scene: &Scene, estimate: &MemoryEstimate, common: &Common
     });
     lines.extend(scene.cameras().iter().map(|c| format!("  camera       {}", camera(c))));
     lines.push(memory_line(estimate, common));
-    lines.extend(scene.diagnostics().items().iter().map(|f| format!("  warning      {f}")));
+    let kinds = findings::by_kind(scene.diagnostics().items());
+    lines.extend(kinds.iter().map(|line| format!("  warning      {line}")));
     lines.join("\n") + "\n"
 }
 

@@ -2,6 +2,7 @@
 
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
+use crate::findings;
 use crate::output::{self, PictureFile};
 use crate::progress::{ProgressKind, Reporter};
 use crate::values::{self, Resolution};
@@ -12,11 +13,12 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 use vastlight::film::{Aov, BitDepth, PngOptions, ToneCurve};
 use vastlight::math::Vec3;
-use vastlight::scene::{Camera, Diagnostic, Scene};
+use vastlight::scene::{Camera, Scene};
 use vastlight::trace::TracerConfig;
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, RenderRequest, Rendered, human_bytes,
+    CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, RenderRequest, Rendered, Stats,
+    human_bytes,
 };
 
 /// The arguments of `render`.
@@ -69,7 +71,7 @@ pub(crate) struct PictureArguments {
     /// Full vertical angle of view, degrees
     #[arg(long, value_name = "DEG", value_parser = values::field_of_view)]
     fov: Option<f32>,
-    /// Stop after this time with an even picture: 90s, 10m, 1.5h
+    /// Stop after this time, loading included, with an even picture of at least 1 spp: 90s, 10m, 1.5h
     #[arg(long, value_name = "TIME", value_parser = values::duration)]
     time_limit: Option<Duration>,
     /// Acceleration structure by name
@@ -202,13 +204,15 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let scene = arguments.scene.load()?;
     let load_ms = millis(start.elapsed());
     show_findings(&scene, common, &reporter);
-    let request = arguments.picture.request(&scene, arguments.output.aov.clone())?;
+    let mut request = arguments.picture.request(&scene, arguments.output.aov.clone())?;
+    request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
     check_memory(&scene, &request, common)?;
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.scene));
 
     let control = Control { cancel, progress: &|p| reporter.update(p) };
     let rendered = vastlight::render(&scene, &request, &control)?;
     reporter.finish();
+    common.say(|| details(&rendered.stats));
     if rendered.film.samples() == 0 {
         eprintln!("interrupted before the first sample, {} is not written", file.name());
         return Ok(Exit::Interrupted);
@@ -266,6 +270,21 @@ fn summary(rendered: &Rendered, file: &PictureFile, start: Instant) -> String {
     )
 }
 
+/// What took how long.
+fn details(stats: &Stats) -> String {
+    format!(
+        "built {} triangles in {:.0} ms ({}), prepared in {:.0} ms, first pass after {:.0} ms, {} rays and {} shadow rays in {:.0} ms",
+        stats.scene.unique_triangles,
+        stats.build_ms,
+        human_bytes(stats.structure_bytes),
+        stats.prepare_ms,
+        stats.first_pass_ms,
+        stats.rays,
+        stats.shadow_rays,
+        stats.render_ms,
+    )
+}
+
 /// The contents of `--stats`: the render's own figures, and the times of the whole process.
 fn stats_json(rendered: &Rendered, load_ms: f64, start: Instant) -> String {
     let stats = &rendered.stats;
@@ -284,28 +303,13 @@ fn millis(duration: Duration) -> f64 {
 /// Warnings about the scene: each kind once, the first kinds in full.
 fn show_findings(scene: &Scene, common: &Common, reporter: &Reporter) {
     const SHOWN: usize = 8;
-    let kinds = kinds_of(scene.diagnostics().items());
+    let kinds = findings::by_kind(scene.diagnostics().items());
     let shown = if common.verbose { kinds.len() } else { SHOWN };
-    for (finding, count) in kinds.iter().take(shown) {
-        let more = if *count > 1 { format!(" [and {} more like it]", count - 1) } else { String::new() };
-        warn(reporter, common, &format!("{finding}{more}"));
-    }
+    kinds.iter().take(shown).for_each(|line| warn(reporter, common, line));
     if kinds.len() > shown {
         let message = format!("{} more kinds of warnings (see vastlight validate)", kinds.len() - shown);
         warn(reporter, common, &message);
     }
-}
-
-/// The first finding of each kind and how many there are of it, in the order of the first ones.
-fn kinds_of(findings: &[Diagnostic]) -> Vec<(&Diagnostic, usize)> {
-    let mut kinds: Vec<(&Diagnostic, usize)> = Vec::new();
-    for finding in findings {
-        match kinds.iter_mut().find(|(first, _)| first.what == finding.what) {
-            Some((_, count)) => *count += 1,
-            None => kinds.push((finding, 1)),
-        }
-    }
-    kinds
 }
 
 fn warn(reporter: &Reporter, common: &Common, message: &str) {

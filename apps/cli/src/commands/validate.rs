@@ -1,6 +1,7 @@
 //! `vastlight validate FILE`: every problem with its place and a hint.
 
 use crate::exit::Exit;
+use crate::findings::one_line;
 use clap::Args;
 use vastlight::scene::{Diagnostic, Scene, Severity};
 use vastlight::{Error, LoadOptions, describe};
@@ -32,8 +33,8 @@ pub(crate) fn run(arguments: &Validate) -> Result<Exit, Error> {
 /// Prints the findings, the worst first, and a summary.
 fn report(file: &str, findings: &[Diagnostic]) -> Exit {
     let of = |severity| findings.iter().filter(move |f| f.severity == severity);
-    of(Severity::Error).for_each(|f| println!("error: {f}"));
-    of(Severity::Warning).for_each(|f| println!("warning: {f}"));
+    of(Severity::Error).for_each(|f| println!("error: {}", one_line(&f.to_string())));
+    of(Severity::Warning).for_each(|f| println!("warning: {}", one_line(&f.to_string())));
     let (errors, warnings) = (of(Severity::Error).count(), of(Severity::Warning).count());
     println!("{file}: {errors} errors, {warnings} warnings");
     if errors > 0 { Exit::Scene } else { Exit::Done }
