@@ -126,7 +126,7 @@ impl ScaledRay {
 }
 
 /// A ray prepared for box and triangle tests.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct TriangleRay {
     /// The part for boxes.
     pub boxes: BoxRay,

@@ -1,11 +1,12 @@
 //! A scene made traceable.
 
 use crate::instance::{Footprint, Placed};
-use crate::walk::{Closest, Occluded};
+use crate::walk::Batch;
 use crate::{AcceptAll, Hit, HitFilter};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 use vastlight_accel::build::resolve;
+use vastlight_accel::wide::traverse::stack_entries;
 use vastlight_accel::wide::{MeshBuild, MeshBvh, MeshView, TopBvh};
 use vastlight_accel::{BuildConfig, BuildError, Scratch};
 use vastlight_math::{Aabb, Ray};
@@ -60,6 +61,8 @@ pub struct Tracer {
     pub(crate) extent: f32,
     /// How much wider margins of world boxes are than those of a mesh.
     pub(crate) margin_factor: f32,
+    /// Room that a ray needs for children that wait.
+    pub(crate) stack_entries: usize,
     level: Level,
     report: BuildReport,
 }
@@ -107,7 +110,8 @@ impl Tracer {
             stages,
         };
         let extent = if world.is_empty() { 0.0 } else { world.min.abs().max(world.max.abs()).max_element() };
-        Ok(Self { meshes, placed, top, extent, margin_factor: 2.0 * spread, level, report })
+        let stack_entries = stack_entries(top.levels + meshes.iter().map(|m| m.levels).max().unwrap_or(0));
+        Ok(Self { meshes, placed, top, extent, margin_factor: 2.0 * spread, stack_entries, level, report })
     }
 
     /// The closest hit of each ray that `filter` accepts, on the calling thread; the filter is told the ray's index in `rays`.
@@ -115,12 +119,14 @@ impl Tracer {
     /// Only `t >= 0` counts, whatever a ray's `t_min`. A ray that is not finite or has no direction hits nothing. Rays
     /// without a place in `hits` are not traced.
     pub fn closest<F: HitFilter>(&self, rays: &[Ray], filter: &F, hits: &mut [Hit]) {
-        self.level.dispatch(Closest { tracer: self, rays, filter, hits });
+        let rays = &rays[..rays.len().min(hits.len())];
+        self.level.dispatch(Batch::<_, _, false> { tracer: self, rays, filter, answers: hits });
     }
 
     /// Whether each ray has a hit that `filter` accepts; otherwise as [`Tracer::closest`].
     pub fn occluded<F: HitFilter>(&self, rays: &[Ray], filter: &F, occluded: &mut [bool]) {
-        self.level.dispatch(Occluded { tracer: self, rays, filter, occluded });
+        let rays = &rays[..rays.len().min(occluded.len())];
+        self.level.dispatch(Batch::<_, _, true> { tracer: self, rays, filter, answers: occluded });
     }
 
     /// [`Tracer::closest`] without filter, with all threads of the current pool.

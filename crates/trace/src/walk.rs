@@ -1,188 +1,178 @@
-//! One ray through both levels: instances, then the triangles of their meshes.
+//! Batches of rays on one thread: one flight after the other, or several that take turns.
+//!
+//! Taking turns hides the time that memory needs, but it mixes up what the processor has learnt about branches. So it pays
+//! where ways are short and memory is what they wait for, and costs where ways are long: rays whose neighbours
+//! needed few steps take turns, others do not.
 
-use crate::instance::Placed;
+use crate::flight::Flight;
 use crate::{Hit, HitFilter, Tracer};
-use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
-use vastlight_accel::triangle::intersect;
-use vastlight_accel::wide::traverse::{Entry, Leaves, STACK, Tree, traverse};
-use vastlight_accel::wide::{Block8, MeshBvh};
+use std::ops::Range;
+use vastlight_accel::wide::traverse::Entry;
 use vastlight_math::Ray;
 use vastlight_simd::{Kernel, Simd8};
 
-/// Traces a batch for the closest hits.
-pub(crate) struct Closest<'a, F> {
+/// Flights that take turns.
+const TOGETHER: usize = 8;
+/// Rays after which it is decided anew whether flights take turns.
+const SPAN: usize = 256;
+/// Rays of a batch's first span.
+const FIRST_SPAN: usize = 32;
+/// Flights with fewer steps take turns.
+const SHORT_WAY: usize = 20;
+
+/// Traces a batch for the closest hits, or with `ANY` for some hit of each ray. `answers` gets a ray's number and hit.
+pub(crate) struct Batch<'a, F, A, const ANY: bool> {
     pub(crate) tracer: &'a Tracer,
     pub(crate) rays: &'a [Ray],
     pub(crate) filter: &'a F,
-    pub(crate) hits: &'a mut [Hit],
+    pub(crate) answers: A,
 }
 
-impl<F: HitFilter> Kernel for Closest<'_, F> {
+/// Takes answers; they come in any order, one for each ray.
+pub(crate) trait Answers {
+    fn set(&mut self, index: usize, hit: &Hit);
+}
+
+impl Answers for &mut [Hit] {
+    #[inline(always)]
+    fn set(&mut self, index: usize, hit: &Hit) {
+        self[index] = *hit;
+    }
+}
+
+impl Answers for &mut [bool] {
+    #[inline(always)]
+    fn set(&mut self, index: usize, hit: &Hit) {
+        self[index] = hit.is_hit();
+    }
+}
+
+impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd8>(self, simd: S) {
-        let mut stack = [0; 2 * STACK];
-        for (index, (ray, hit)) in self.rays.iter().zip(self.hits).enumerate() {
-            *hit = walk::<S, F, false>(simd, self.tracer, ray, index, self.filter, &mut stack);
+    fn run<S: Simd8>(mut self, simd: S) {
+        let mut stacks = Stacks::new(self.tracer.stack_entries);
+        let [a, b, c, d, e, f, g, h] = stacks.split();
+        // Written out, since a closure would make calls of all vector operations.
+        let mut flights: [Flight<'_, S>; TOGETHER] = [
+            Flight::grounded(simd, a),
+            Flight::grounded(simd, b),
+            Flight::grounded(simd, c),
+            Flight::grounded(simd, d),
+            Flight::grounded(simd, e),
+            Flight::grounded(simd, f),
+            Flight::grounded(simd, g),
+            Flight::grounded(simd, h),
+        ];
+        let (mut first, mut span, mut short) = (0, FIRST_SPAN, false);
+        while first < self.rays.len() {
+            let range = first..(first + span).min(self.rays.len());
+            let count = range.len();
+            first = range.end;
+            let steps = if short {
+                self.in_turns(simd, range, &mut flights)
+            } else {
+                self.one_by_one(simd, range, &mut flights[0])
+            };
+            (span, short) = (SPAN, steps < count * SHORT_WAY);
         }
     }
 }
 
-/// Traces a batch for any hit.
-pub(crate) struct Occluded<'a, F> {
-    pub(crate) tracer: &'a Tracer,
-    pub(crate) rays: &'a [Ray],
-    pub(crate) filter: &'a F,
-    pub(crate) occluded: &'a mut [bool],
+/// Stacks of the flights of a batch.
+struct Stacks {
+    entries: Vec<Entry>,
+    each: usize,
 }
 
-impl<F: HitFilter> Kernel for Occluded<'_, F> {
-    type Output = ();
+impl Stacks {
+    fn new(each: usize) -> Self {
+        let each = each.max(1);
+        Self { entries: vec![0; each * TOGETHER], each }
+    }
 
-    #[inline(always)]
-    fn run<S: Simd8>(self, simd: S) {
-        let mut stack = [0; 2 * STACK];
-        for (index, (ray, occluded)) in self.rays.iter().zip(self.occluded).enumerate() {
-            *occluded = walk::<S, F, true>(simd, self.tracer, ray, index, self.filter, &mut stack).is_hit();
-        }
+    fn split(&mut self) -> [&mut [Entry]; TOGETHER] {
+        let mut stacks = self.entries.chunks_mut(self.each);
+        std::array::from_fn(|_| stacks.next().unwrap_or_default())
     }
 }
 
-/// The closest hit of one ray, or with `ANY` some hit.
-#[inline(always)]
-fn walk<S: Simd8, F: HitFilter, const ANY: bool>(
-    simd: S,
-    tracer: &Tracer,
-    ray: &Ray,
-    index: usize,
-    filter: &F,
-    stack: &mut [Entry; 2 * STACK],
-) -> Hit {
-    let t_min = ray.t_min.max(0.0);
-    let in_order = ray.t_min <= ray.t_max && t_min <= ray.t_max;
-    let (Some(root), Some(scaled), true) =
-        (tracer.top.root, ScaledRay::new(ray.origin, ray.direction), in_order)
-    else {
-        return Hit::MISS;
-    };
-    // A scene of one instance needs no boxes here.
-    let boxes = if root.is_leaf() {
-        BoxRay::default()
-    } else {
-        scaled.for_boxes(tracer.extent, tracer.margin_factor)
-    };
-    let (own_stack, mesh_stack) = stack.split_at_mut(STACK);
-    let mut instances = Instances::<F, ANY> {
-        tracer,
-        ray,
-        t_min,
-        t_max: ray.t_max,
-        index,
-        filter,
-        stack: mesh_stack,
-        best: Hit::MISS,
-        t_scale: scaled.t_scale,
-    };
-    let mut t_max = ray.t_max / scaled.t_scale;
-    let tree = Tree { nodes: &tracer.top.nodes, root };
-    traverse(simd, tree, &boxes, (t_min / scaled.t_scale, &mut t_max), own_stack, &mut instances);
-    instances.best
-}
-
-/// The leaves of the upper level.
-struct Instances<'a, F, const ANY: bool> {
-    tracer: &'a Tracer,
-    ray: &'a Ray,
-    t_min: f32,
-    t_max: f32,
-    index: usize,
-    filter: &'a F,
-    stack: &'a mut [Entry],
-    best: Hit,
-    t_scale: f32,
-}
-
-impl<S: Simd8, F: HitFilter, const ANY: bool> Leaves<S> for Instances<'_, F, ANY> {
+impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
+    /// Flies one ray after the other; gives the number of steps.
     #[inline(always)]
-    fn visit(&mut self, simd: S, leaf: usize, t_max: &mut f32) -> bool {
-        let placed = &self.tracer.placed[leaf];
-        let mesh = &self.tracer.meshes[placed.mesh as usize];
-        let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
-        let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
-        let (Some(root), Some(ray)) = (mesh.root, scaled.for_triangles(mesh.extent)) else { return false };
-        let mut triangles = Triangles::<F, ANY> {
-            mesh,
-            ray: &ray,
-            t_min: self.t_min / scaled.t_scale,
-            t_scale: scaled.t_scale,
-            instance: leaf as u32,
-            index: self.index,
-            filter: self.filter,
-            best: self.best,
-        };
-        let mut t_max_here = self.t_max / scaled.t_scale;
-        let range = (triangles.t_min, &mut t_max_here);
-        let tree = Tree { nodes: &mesh.nodes, root };
-        let done = traverse(simd, tree, &ray.boxes, range, self.stack, &mut triangles);
-        self.best = triangles.best;
-        if self.best.is_hit() {
-            self.t_max = self.best.t;
-            *t_max = self.best.t / self.t_scale;
-        }
-        done
-    }
-
-    #[inline(always)]
-    fn memory(&self) -> (*const u8, usize) {
-        (self.tracer.placed.as_ptr().cast(), size_of::<Placed>())
-    }
-}
-
-/// The leaves of the lower level: blocks of triangles.
-struct Triangles<'a, F, const ANY: bool> {
-    mesh: &'a MeshBvh,
-    ray: &'a TriangleRay,
-    t_min: f32,
-    t_scale: f32,
-    instance: u32,
-    index: usize,
-    filter: &'a F,
-    best: Hit,
-}
-
-impl<S: Simd8, F: HitFilter, const ANY: bool> Leaves<S> for Triangles<'_, F, ANY> {
-    #[inline(always)]
-    fn visit(&mut self, simd: S, leaf: usize, t_max: &mut f32) -> bool {
-        let block = &self.mesh.blocks[leaf];
-        let hits = intersect(simd, block, self.ray);
-        let mut lanes = hits.lanes;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % 8;
-            lanes &= lanes - 1;
-            let t = hits.t[lane];
-            if t < self.t_min || t > *t_max {
-                continue;
+    fn one_by_one<'f, S: Simd8>(&mut self, simd: S, range: Range<usize>, flight: &mut Flight<'f, S>) -> usize
+    where
+        'a: 'f,
+    {
+        let mut steps = 0;
+        for index in range {
+            let mut flying = flight.start(simd, self.tracer, &self.rays[index], index);
+            while flying {
+                flying = flight.step::<F, ANY, true>(simd, self.tracer, self.filter);
+                steps += 1;
             }
-            let (instance, prim) = (self.instance, block.prims[lane]);
-            // On a tie the lower (instance, triangle) wins, whichever comes first.
-            if t == *t_max && (instance, prim) >= (self.best.instance, self.best.prim) {
-                continue;
-            }
-            let hit = Hit { t: t * self.t_scale, u: hits.u[lane], v: hits.v[lane], instance, prim };
-            if F::ACCEPTS_ALL || self.filter.accepts(self.index, &hit) {
-                self.best = hit;
-                *t_max = t;
-                if ANY {
-                    return true;
+            self.answers.set(index, &flight.best);
+        }
+        steps
+    }
+
+    /// Flies rays in turns; gives the number of steps.
+    #[inline(always)]
+    fn in_turns<'f, S: Simd8>(
+        &mut self,
+        simd: S,
+        mut range: Range<usize>,
+        flights: &mut [Flight<'f, S>; TOGETHER],
+    ) -> usize
+    where
+        'a: 'f,
+    {
+        let mut flying = 0;
+        while flying < TOGETHER && self.take_off(simd, &mut flights[flying], &mut range) {
+            flying += 1;
+        }
+        let mut steps = 0;
+        while flying > 0 {
+            let mut turn = 0;
+            while turn < flying {
+                steps += 1;
+                let flight = &mut flights[turn];
+                if flight.step::<F, ANY, false>(simd, self.tracer, self.filter) {
+                    flight.prefetch(simd);
+                    turn += 1;
+                    continue;
+                }
+                self.answers.set(flight.index, &flight.best);
+                if self.take_off(simd, flight, &mut range) {
+                    turn += 1;
+                } else {
+                    flying -= 1;
+                    flights.swap(turn, flying);
                 }
             }
         }
-        false
+        steps
     }
 
+    /// Starts a flight with the next ray of the range that has a way to go; false if there is none.
     #[inline(always)]
-    fn memory(&self) -> (*const u8, usize) {
-        (self.mesh.blocks.as_ptr().cast(), size_of::<Block8>())
+    fn take_off<'f, S: Simd8>(
+        &mut self,
+        simd: S,
+        flight: &mut Flight<'f, S>,
+        range: &mut Range<usize>,
+    ) -> bool
+    where
+        'a: 'f,
+    {
+        for index in range.by_ref() {
+            if flight.start(simd, self.tracer, &self.rays[index], index) {
+                flight.prefetch(simd);
+                return true;
+            }
+            self.answers.set(index, &Hit::MISS);
+        }
+        false
     }
 }

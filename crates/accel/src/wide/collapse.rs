@@ -26,6 +26,8 @@ pub(super) struct Plan {
     pub(super) leaves: Vec<u32>,
     /// What the root becomes.
     pub(super) root: Option<ChildRef>,
+    /// Wide nodes on the longest way from the root to a leaf.
+    pub(super) levels: usize,
 }
 
 /// A slot with nothing in it.
@@ -126,8 +128,9 @@ pub(super) fn plan(tree: &BinaryTree, max_leaf: u32) -> Plan {
     }
     plan.root = Some(ChildRef::node(0));
     plan.nodes.push([VACANT; 8]);
-    let mut waiting = vec![(0_u32, 0_usize)];
-    while let Some((binary, wide)) = waiting.pop() {
+    let mut waiting = vec![(0_u32, 0_usize, 1_usize)];
+    while let Some((binary, wide, level)) = waiting.pop() {
+        plan.levels = plan.levels.max(level);
         let mut slots = [VACANT; 8];
         let used = fill_slots(tree, &ways, binary, &mut slots);
         let first_waiting = waiting.len();
@@ -137,7 +140,7 @@ pub(super) fn plan(tree: &BinaryTree, max_leaf: u32) -> Plan {
                 plan.leaves.push(slot.0);
             } else {
                 slot.1 = ChildRef::node(plan.nodes.len() as u32);
-                waiting.push((slot.0, plan.nodes.len()));
+                waiting.push((slot.0, plan.nodes.len(), level + 1));
                 plan.nodes.push([VACANT; 8]);
             }
         }

@@ -54,6 +54,8 @@ pub struct MeshBvh {
     pub blocks: Vec<Block8>,
     /// Where rays start; none for a mesh without triangles.
     pub root: Option<ChildRef>,
+    /// Nodes on the longest way from the root to a block.
+    pub levels: usize,
     /// Around all triangles, scaled.
     pub bounds: Aabb,
     /// Largest absolute coordinate of the mesh's vertices, used or not, scaled.
@@ -116,7 +118,15 @@ impl MeshBvh {
         plan.leaves.par_iter().with_min_len(512).map(block).collect_into_vec(&mut blocks);
         clock.lap("emit");
         let extent = extent(&bounds) * scale;
-        let bvh = Self { nodes, blocks, root: plan.root, bounds: tree.bounds(), extent, scale };
+        let bvh = Self {
+            nodes,
+            blocks,
+            root: plan.root,
+            levels: plan.levels,
+            bounds: tree.bounds(),
+            extent,
+            scale,
+        };
         Ok((
             bvh,
             MeshBuild { triangles: mesh.triangles.len(), quality: quality(&tree), stages: clock.stages },

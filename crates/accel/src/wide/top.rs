@@ -12,6 +12,8 @@ pub struct TopBvh {
     pub nodes: Vec<Node8>,
     /// Where rays start; none without boxes.
     pub root: Option<ChildRef>,
+    /// Nodes on the longest way from the root to a leaf.
+    pub levels: usize,
     /// Of the binary tree.
     pub quality: Quality,
 }
@@ -50,7 +52,7 @@ impl TopBvh {
         let mut nodes = Vec::new();
         emit(&plan, &mut nodes, bounds, prim);
         let root = plan.root.map(|root| if root.is_leaf() { prim(root) } else { root });
-        Ok(Self { nodes, root, quality: quality_with(&tree, costs) })
+        Ok(Self { nodes, root, levels: plan.levels, quality: quality_with(&tree, costs) })
     }
 
     /// Memory of the nodes.

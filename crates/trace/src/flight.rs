@@ -1,0 +1,214 @@
+//! A ray on its way through both levels: instances, then the triangles of their meshes.
+//!
+//! A flight goes on by single steps (a node, a block of triangles, or the way into an instance), so that several flights of
+//! one thread can take turns: while one computes, memory for the others arrives.
+
+use crate::instance::Placed;
+use crate::{Hit, HitFilter, Tracer};
+use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
+use vastlight_accel::triangle::intersect;
+use vastlight_accel::wide::traverse::{Entry, Memory, RayLanes, Waiting};
+use vastlight_accel::wide::{Block8, ChildRef, Node8};
+use vastlight_math::Ray;
+use vastlight_simd::Simd8;
+
+/// Where a flight stands: among instances, or in the mesh of one.
+const TOP: usize = 0;
+const MESH: usize = 1;
+
+/// What both levels have.
+#[derive(Clone, Copy)]
+struct Stage<'a, S: Simd8> {
+    nodes: &'a [Node8],
+    memory: Memory,
+    lanes: RayLanes<S>,
+    t_max: f32,
+    /// Parameters here times this are those of the given ray.
+    t_scale: f32,
+}
+
+impl<S: Simd8> Stage<'_, S> {
+    #[inline(always)]
+    fn nowhere(simd: S) -> Self {
+        Self {
+            nodes: &[],
+            memory: Memory::new::<Placed>(&[], &[]),
+            lanes: RayLanes::new(simd, &BoxRay::default(), 0.0),
+            t_max: 0.0,
+            t_scale: 1.0,
+        }
+    }
+}
+
+/// A ray on its way.
+pub(crate) struct Flight<'a, S: Simd8> {
+    /// Number of the ray in its batch.
+    pub(crate) index: usize,
+    /// The closest hit so far.
+    pub(crate) best: Hit,
+    ray: Ray,
+    stages: [Stage<'a, S>; 2],
+    level: usize,
+    current: ChildRef,
+    waiting: Waiting<'a>,
+    /// Entries below wait among instances.
+    floor: usize,
+    blocks: &'a [Block8],
+    triangles: TriangleRay,
+    t_min: f32,
+    instance: u32,
+}
+
+impl<'a, S: Simd8> Flight<'a, S> {
+    /// A flight that goes nowhere yet; `entries` has room for all that can wait.
+    #[inline(always)]
+    pub(crate) fn grounded(simd: S, entries: &'a mut [Entry]) -> Self {
+        Self {
+            index: 0,
+            best: Hit::MISS,
+            ray: Ray::new(vastlight_math::Vec3::ZERO, vastlight_math::Vec3::ZERO),
+            stages: [Stage::nowhere(simd); 2],
+            level: TOP,
+            current: ChildRef::NONE,
+            waiting: Waiting { entries, depth: 0 },
+            floor: 0,
+            blocks: &[],
+            triangles: TriangleRay::default(),
+            t_min: 0.0,
+            instance: Hit::NONE,
+        }
+    }
+
+    /// Starts with a ray; false if it is at its end already.
+    #[inline(always)]
+    pub(crate) fn start(&mut self, simd: S, tracer: &'a Tracer, ray: &Ray, index: usize) -> bool {
+        (self.index, self.best, self.level) = (index, Hit::MISS, TOP);
+        (self.floor, self.waiting.depth) = (0, 0);
+        let t_min = ray.t_min.max(0.0);
+        let in_order = ray.t_min <= ray.t_max && t_min <= ray.t_max;
+        let (Some(root), Some(scaled), true) =
+            (tracer.top.root, ScaledRay::new(ray.origin, ray.direction), in_order)
+        else {
+            return false;
+        };
+        self.ray = Ray { t_min, ..*ray };
+        self.current = root;
+        let top = &mut self.stages[TOP];
+        top.t_max = ray.t_max / scaled.t_scale;
+        top.t_scale = scaled.t_scale;
+        if root.is_leaf() {
+            // A scene of one instance needs no boxes here.
+            return self.enter(simd, tracer);
+        }
+        let boxes = scaled.for_boxes(tracer.extent, tracer.margin_factor);
+        top.nodes = &tracer.top.nodes;
+        top.memory = Memory::new(&tracer.top.nodes, &tracer.placed);
+        top.lanes = RayLanes::new(simd, &boxes, t_min / scaled.t_scale);
+        true
+    }
+
+    /// One step; false at the end of the way. With `ALONE` no other flight takes turns.
+    #[inline(always)]
+    pub(crate) fn step<F: HitFilter, const ANY: bool, const ALONE: bool>(
+        &mut self,
+        simd: S,
+        tracer: &'a Tracer,
+        filter: &F,
+    ) -> bool {
+        if !self.current.is_leaf() {
+            let stage = &self.stages[self.level & 1];
+            let node = &stage.nodes[self.current.index()];
+            let hits = stage.lanes.test(simd, node, stage.t_max);
+            match self.waiting.descend::<S, ALONE>(simd, node, hits, &stage.memory) {
+                Some(next) => self.current = next,
+                None => return self.next(),
+            }
+            return true;
+        }
+        if self.level == TOP {
+            return self.enter(simd, tracer) || self.next();
+        }
+        if self.test_block(simd, filter) && ANY {
+            return false;
+        }
+        self.next()
+    }
+
+    /// Asks the caches for what the next step needs.
+    #[inline(always)]
+    pub(crate) fn prefetch(&self, simd: S) {
+        self.stages[self.level & 1].memory.prefetch(simd, self.current);
+    }
+
+    /// Goes on with the nearest child that waits; false if none does.
+    #[inline(always)]
+    fn next(&mut self) -> bool {
+        loop {
+            let t_max = self.stages[self.level & 1].t_max;
+            if let Some(next) = self.waiting.pop(self.floor, t_max) {
+                self.current = next;
+                return true;
+            }
+            if self.level == TOP || self.waiting.depth == 0 {
+                return false;
+            }
+            (self.level, self.floor) = (TOP, 0);
+            if self.best.is_hit() {
+                self.stages[TOP].t_max = self.best.t / self.stages[TOP].t_scale;
+            }
+        }
+    }
+
+    /// Goes from an instance to the root of its mesh; false if the ray cannot hit it.
+    #[inline(always)]
+    fn enter(&mut self, simd: S, tracer: &'a Tracer) -> bool {
+        let instance = self.current.index();
+        let placed = &tracer.placed[instance];
+        let mesh = &tracer.meshes[placed.mesh as usize];
+        let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
+        let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
+        let (Some(root), Some(triangles)) = (mesh.root, scaled.for_triangles(mesh.extent)) else {
+            return false;
+        };
+        let t_max = if self.best.is_hit() { self.best.t } else { self.ray.t_max };
+        self.t_min = self.ray.t_min / scaled.t_scale;
+        self.stages[MESH] = Stage {
+            nodes: &mesh.nodes,
+            memory: Memory::new(&mesh.nodes, &mesh.blocks),
+            lanes: RayLanes::new(simd, &triangles.boxes, self.t_min),
+            t_max: t_max / scaled.t_scale,
+            t_scale: scaled.t_scale,
+        };
+        (self.triangles, self.blocks, self.instance) = (triangles, &mesh.blocks, instance as u32);
+        (self.level, self.floor, self.current) = (MESH, self.waiting.depth, root);
+        true
+    }
+
+    /// Tests the triangles of a block; whether one was hit.
+    #[inline(always)]
+    fn test_block<F: HitFilter>(&mut self, simd: S, filter: &F) -> bool {
+        let block = &self.blocks[self.current.index()];
+        let hits = intersect(simd, block, &self.triangles);
+        let stage = &mut self.stages[MESH];
+        let mut lanes = hits.lanes;
+        let mut found = false;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % 8;
+            lanes &= lanes - 1;
+            let t = hits.t[lane];
+            if t < self.t_min || t > stage.t_max {
+                continue;
+            }
+            let (instance, prim) = (self.instance, block.prims[lane]);
+            // On a tie the lower (instance, triangle) wins, whichever comes first.
+            if t == stage.t_max && (instance, prim) >= (self.best.instance, self.best.prim) {
+                continue;
+            }
+            let hit = Hit { t: t * stage.t_scale, u: hits.u[lane], v: hits.v[lane], instance, prim };
+            if F::ACCEPTS_ALL || filter.accepts(self.index, &hit) {
+                (self.best, stage.t_max, found) = (hit, t, true);
+            }
+        }
+        found
+    }
+}
