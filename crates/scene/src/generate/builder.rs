@@ -33,6 +33,12 @@ impl Builder {
         (self.desc.meshes.len() - 1) as u32
     }
 
+    /// Triangles of all instances so far.
+    pub(super) fn instanced_triangles(&self) -> u64 {
+        let count = |i: &Instance| self.desc.meshes[i.mesh as usize].triangles.len() as u64;
+        self.desc.instances.iter().map(count).sum()
+    }
+
     /// Places a mesh; the instance is called like it.
     pub(super) fn place(&mut self, mesh: u32, world_from_object: Affine3) {
         let name = &self.desc.meshes[mesh as usize].name;

@@ -1,6 +1,6 @@
 //! Counter-based random numbers: the n-th number of a stream is a hash of (seed, stream, n).
 
-use vastlight_math::{Vec2, Vec3, real};
+use vastlight_math::{Vec3, real};
 
 /// A bijective mixer of 64 bits: two rounds of xor-shift and odd multiplication.
 pub(super) const fn mix(mut x: u64) -> u64 {
@@ -62,11 +62,6 @@ impl Chance {
         let (s, c) = real::sin_cos(self.unit() * std::f32::consts::TAU);
         let r = (1.0 - z * z).max(0.0).sqrt();
         Vec3::new(r * c, r * s, z)
-    }
-
-    /// Uniform in [-1, 1) x [-1, 1).
-    pub(super) fn square(&mut self) -> Vec2 {
-        Vec2::new(self.range(-1.0, 1.0), self.range(-1.0, 1.0))
     }
 }
 

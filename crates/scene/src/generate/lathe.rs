@@ -104,14 +104,3 @@ pub(super) fn cylinder(radius: f32, height: f32, sectors: u32) -> Shape {
     let profile = [Vec2::ZERO, Vec2::new(radius, 0.0), Vec2::new(radius, height), Vec2::new(0.0, height)];
     lathe(&profile, sectors)
 }
-
-/// A ring of tube radius `tube` around +y.
-pub(super) fn torus(radius: f32, tube: f32, sectors: u32, sides: u32) -> Shape {
-    let profile: Vec<Vec2> = (0..=sides)
-        .map(|i| {
-            let (s, c) = sin_cos(TAU * (i % sides) as f32 / sides as f32);
-            Vec2::new(radius + tube * c, tube * s)
-        })
-        .collect();
-    lathe(&profile, sectors)
-}

@@ -5,32 +5,23 @@
 //! comes from the counter-based generator in `chance`, natural form from `noise`.
 
 mod atrium;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod builder;
 mod caustic_sphere;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod chance;
+mod city;
 mod cornell;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod extrude;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod lathe;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod noise;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod palette;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
+mod plant;
 mod shape;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod solids;
 mod statue;
 mod still_life;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod terrain;
 mod textures;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod tree;
-#[allow(dead_code, reason = "shapes for the scenes that follow")]
 mod tube;
 
 use crate::{SceneDesc, SceneError};
@@ -64,8 +55,10 @@ const DEMOS: &[Demo] = &[
         sizes: Some(Sizes { least: 1_000, most: 1_000_000_000 }),
         make: caustic_sphere::caustic_sphere,
     },
+    Demo { name: "city", sizes: Some(Sizes { least: 200_000, most: 20_000_000_000 }), make: city::city },
     Demo { name: "cornell", sizes: None, make: cornell::cornell },
-    Demo { name: "statue", sizes: Some(Sizes { least: 2_000, most: 4_000_000_000 }), make: statue::statue },
+    Demo { name: "plant", sizes: Some(Sizes { least: 400_000, most: 1_000_000_000 }), make: plant::plant },
+    Demo { name: "statue", sizes: Some(Sizes { least: 5_000, most: 4_000_000_000 }), make: statue::statue },
     Demo { name: "still-life", sizes: None, make: still_life::still_life },
     Demo {
         name: "terrain",

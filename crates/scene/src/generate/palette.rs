@@ -1,6 +1,6 @@
 //! Materials that several demos share.
 
-use crate::{ColorInput, Conductor, Material, ScalarInput};
+use crate::{AlphaMode, ColorInput, Conductor, Material, ScalarInput};
 use vastlight_math::Vec3;
 
 /// A linear colour from an sRGB hexadecimal number such as 0xc8b090.
@@ -45,9 +45,15 @@ pub(super) fn brushed(name: &str, color: Vec3, roughness: f32) -> Material {
     Material { anisotropy: 0.7, ..Material::metal(name, color, roughness) }
 }
 
-/// A single pane of window glass without thickness: reflects and lets through, does not refract.
-pub(super) fn pane(name: &str, tint: Vec3) -> Material {
-    Material { thickness: 0.0, base_color: ColorInput::new(tint), ..Material::glass(name, 1.52, 0.0) }
+/// A large pane of clean window glass as its mirror image alone: a smooth dark surface that covers the fraction
+/// `coverage`. Light passes the rest unbent, so that lamps and the sun behind it can still be aimed at.
+pub(super) fn pane(name: &str, coverage: f32) -> Material {
+    Material {
+        alpha: ScalarInput::new(coverage),
+        alpha_mode: AlphaMode::Blend,
+        ior: 1.7,
+        ..stone(name, Vec3::new(0.01, 0.014, 0.013), 0.0)
+    }
 }
 
 /// Glass that fills a closed surface and colours white light to `color` over `distance` metres.

@@ -99,18 +99,6 @@ impl Shape {
         }
         flat
     }
-
-    /// Gives every vertex one colour.
-    pub(super) fn colored(mut self, color: Vec3) -> Self {
-        self.colors = vec![color.extend(1.0); self.positions.len()];
-        self
-    }
-
-    /// Colours every vertex by its position.
-    pub(super) fn colored_by(mut self, color: impl Fn(Vec3) -> Vec3) -> Self {
-        self.colors = self.positions.iter().map(|&p| color(p).extend(1.0)).collect();
-        self
-    }
 }
 
 /// A rotation about +y, counter-clockwise seen from above, with our own sine and cosine.
@@ -143,6 +131,11 @@ impl Assembly {
         }
         self.shape.merge(shape);
         self
+    }
+
+    /// Triangles so far.
+    pub(super) fn triangles(&self) -> usize {
+        self.shape.triangles.len()
     }
 
     /// The mesh.

@@ -5,7 +5,7 @@
 use super::noise::{fbm, noise, ridged, smoothstep};
 use super::palette::{srgb, stone};
 use super::{GenerateOptions, builder::Builder};
-use crate::{Camera, Environment, Instance, Mesh, SceneDesc, Sky};
+use crate::{Camera, Environment, Mesh, Part, SceneDesc, Sky};
 use rayon::prelude::*;
 use vastlight_math::{Affine3, Vec2, Vec3, Vec4, real::sin_cos};
 
@@ -18,11 +18,9 @@ const HEIGHT: f32 = 1500.0;
 pub(super) fn terrain(options: &GenerateOptions) -> SceneDesc {
     let mut b = Builder::default();
     let ground = b.material(stone("ground", Vec3::ONE, 0.85));
-    debug_assert_eq!(ground, 0);
     let triangles = options.triangles.unwrap_or(2_000_000);
-    b.desc.meshes.push(mesh(triangles, options.seed as u32));
-    b.desc.names.push("terrain".into());
-    b.desc.instances.push(Instance { world_from_object: Affine3::IDENTITY, mesh: 0, name: 0 });
+    b.desc.meshes.push(mesh(triangles, ground, options.seed as u32));
+    b.place(0, Affine3::IDENTITY);
     b.desc.environment = Some(Environment::Sky(Sky {
         sun_azimuth: -1.25,
         sun_elevation: 0.42,
@@ -50,7 +48,7 @@ fn cells(triangles: u64) -> (u32, u32) {
     (columns as u32, rows as u32)
 }
 
-fn mesh(triangles: u64, seed: u32) -> Mesh {
+fn mesh(triangles: u64, material: u32, seed: u32) -> Mesh {
     let (columns, rows) = cells(triangles);
     let stride = columns as usize + 1;
     let count = stride * (rows as usize + 1);
@@ -60,6 +58,7 @@ fn mesh(triangles: u64, seed: u32) -> Mesh {
         normals: vec![Vec3::ZERO; count],
         colors: vec![Vec4::ZERO; count],
         triangles: vec![[0; 3]; 2 * columns as usize * rows as usize],
+        parts: vec![Part { first_triangle: 0, material }],
         ..Mesh::default()
     };
     let step = EDGE / columns.max(rows) as f32;

@@ -63,8 +63,16 @@ pub(super) fn planks(name: &str, light: Vec3, dark: Vec3, boards: u32, seed: u32
 }
 
 /// Stone slabs in a running bond of `columns` x `rows` with narrow joints.
-pub(super) fn slabs(name: &str, base: Vec3, joint: Vec3, columns: u32, rows: u32, seed: u32) -> Image {
-    paint(name, 512, |uv| {
+pub(super) fn slabs(
+    name: &str,
+    size: u32,
+    base: Vec3,
+    joint: Vec3,
+    columns: u32,
+    rows: u32,
+    seed: u32,
+) -> Image {
+    paint(name, size, |uv| {
         let row = (uv.y * rows as f32) as u32;
         let shifted = uv.x * columns as f32 + 0.5 * (row % 2) as f32;
         let column = shifted as u32 % columns;
@@ -73,7 +81,7 @@ pub(super) fn slabs(name: &str, base: Vec3, joint: Vec3, columns: u32, rows: u32
         let warm = Vec3::new(1.0, chance.range(0.96, 1.0), chance.range(0.9, 1.0));
         let (x, y) = (shifted.fract(), (uv.y * rows as f32).fract());
         let edge = (x.min(1.0 - x) / columns as f32).min(y.min(1.0 - y) / rows as f32);
-        let grain = 1.0 + 0.13 * tiled(uv, 3.0, 6, seed) + 0.1 * tiled(uv, 17.0, 3, seed + 9);
+        let grain = 1.0 + 0.13 * tiled(uv, 3.0, 4, seed) + 0.1 * tiled(uv, 17.0, 3, seed + 9);
         joint.lerp(base * warm * (tone * grain), smoothstep(0.0008, 0.0022, edge))
     })
 }

@@ -46,7 +46,7 @@ fn grow(parts: &mut [Shape; 2], growth: &Growth, limb: &Limb, forks: u32, chance
     let mut direction = limb.direction;
     for _ in 0..PIECES {
         // Branches waver, and turn to the light.
-        direction = (direction + chance.direction() * 0.16 + Vec3::Y * 0.07).normalize();
+        direction = (direction + chance.direction() * 0.16 + Vec3::Y * 0.12).normalize();
         let last = path[path.len() - 1];
         path.push(last + direction * (limb.length / PIECES as f32));
     }
@@ -68,9 +68,9 @@ fn grow(parts: &mut [Shape; 2], growth: &Growth, limb: &Limb, forks: u32, chance
     let (count, first) = (2 + chance.below(2), chance.range(0.0, 6.3));
     for child in 0..count {
         let (s, c) = sin_cos(first + child as f32 * std::f32::consts::TAU / count as f32);
-        let spread = chance.range(0.45, 0.8);
+        let spread = chance.range(0.35, 0.72);
         let outward = (frame.x * c + frame.y * s) * spread + direction;
-        let length = limb.length * chance.range(0.62, 0.85);
+        let length = limb.length * chance.range(0.58, 0.8);
         let radius = limb.radius * thin * chance.range(0.66, 0.85);
         let limb = Limb { start: tip, direction: outward.normalize(), length, radius };
         grow(parts, growth, &limb, forks - 1, chance);

@@ -221,11 +221,6 @@ fn cornice(top: f32, height: f32, reach: f32) -> Shape {
         Vec2::new(face + reach, top - height * 0.08),
         Vec2::new(face + reach - 0.03, top),
     ]);
-    // The polygon lies in (z, y); extruding along x means turning +z to -x, hence the mirrored profile order.
-    extrude(&profile, NEAR - FAR).turned(-FRAC_PI_2).transformed(&mirror_z())
-}
-
-/// Mirrors z; shapes stay right side out.
-fn mirror_z() -> vastlight_math::Affine3 {
-    vastlight_math::Affine3::from_scale(Vec3::new(1.0, 1.0, -1.0))
+    // The polygon lies in (z, y).
+    extrude(&profile, NEAR - FAR).turned(-FRAC_PI_2)
 }

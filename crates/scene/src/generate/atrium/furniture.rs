@@ -54,7 +54,7 @@ pub(super) fn planters(b: &mut Builder, finishes: &Finishes, seed: u64) {
     let trees: Vec<u32> = (0..3)
         .map(|kind| {
             let mut chance = Chance::new(seed, 100 + kind);
-            let growth = Growth { height: 5.0, forks: 6, leaves: 9, leaf: 0.17, sides: 10 };
+            let growth = Growth { height: 4.6, forks: 6, leaves: 14, leaf: 0.19, sides: 10 };
             let [wood, leaves] = tree(&growth, &mut chance);
             let mut assembly = Assembly::default();
             assembly.add(finishes.bark, &wood).add(finishes.leaves, &leaves);

@@ -29,9 +29,9 @@ pub(super) struct Finishes {
 impl Finishes {
     pub(super) fn new(b: &mut Builder, seed: u64) -> Self {
         let seed = seed as u32;
-        let ashlar = textures::slabs("ashlar", srgb(0xe2d6c0), srgb(0xa89878), 4, 4, seed);
+        let ashlar = textures::slabs("ashlar", 512, srgb(0xe2d6c0), srgb(0xa89878), 4, 4, seed);
         let ashlar = b.texture(ashlar, Encoding::Srgb, Vec2::new(4.8, 2.8));
-        let paving = textures::slabs("paving", srgb(0xcfc4b2), srgb(0x776d60), 2, 2, seed ^ 5);
+        let paving = textures::slabs("paving", 512, srgb(0xcfc4b2), srgb(0x776d60), 2, 2, seed ^ 5);
         let paving = b.texture(paving, Encoding::Srgb, Vec2::new(2.4, 2.4));
         let marble = textures::marble("marble", srgb(0xe8e2d8), srgb(0x8c8076), seed ^ 9);
         let marble = b.texture(marble, Encoding::Srgb, Vec2::splat(3.0));
@@ -51,17 +51,17 @@ impl Finishes {
             steel: b.material(brushed("brushed steel", Vec3::new(0.58, 0.57, 0.55), 0.32)),
             bronze: b.material(Material::metal("bronze", Vec3::new(0.55, 0.36, 0.19), 0.3)),
             wood: b.material(textured(lacquer("oak", Vec3::ONE, 0.4), oak)),
-            glass: b.material(pane("roof glass", Vec3::new(0.93, 0.97, 0.95))),
+            glass: b.material(pane("roof glass", 0.16)),
             water: b.material(Material { ior: 1.33, ..stone("water", Vec3::new(0.008, 0.016, 0.016), 0.0) }),
             granite: b.material(stone("black granite", srgb(0x2c2a29), 0.18)),
             bark: b.material(stone("bark", srgb(0x6b5a48), 0.9)),
             leaves: b.material(stone("leaves", Vec3::ONE, 0.45)),
             soil: b.material(stone("soil", srgb(0x3a2a1e), 1.0)),
             banners: [0xc8502a, 0xd9a441, 0x1f6a6d].map(|hex| b.material(banner(hex))),
-            globe: b.material(Material::emitter("globe", Vec3::new(1.0, 0.66, 0.34) * 22.0, false)),
+            globe: b.material(Material::emitter("globe", Vec3::new(1.0, 0.66, 0.34) * 16.0, false)),
             ceiling_lamp: b.material(Material::emitter(
                 "ceiling lamp",
-                Vec3::new(1.0, 0.62, 0.30) * 30.0,
+                Vec3::new(1.0, 0.62, 0.30) * 26.0,
                 false,
             )),
         }

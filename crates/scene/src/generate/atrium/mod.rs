@@ -47,13 +47,14 @@ pub(super) fn atrium(options: &GenerateOptions) -> SceneDesc {
     lamps::lamps(&mut b, &finishes, options.seed);
     b.desc.environment = Some(Environment::Sky(Sky {
         sun_azimuth: -0.95,
-        sun_elevation: 0.80,
+        sun_elevation: 0.72,
         turbidity: 3.0,
+        strength: 2.6,
         ground_albedo: Vec3::new(0.28, 0.25, 0.21),
         ..Sky::default()
     }));
-    let (eye, target) = (Vec3::new(-1.1, 1.7, 9.6), Vec3::new(0.35, 5.4, -20.0));
-    b.desc.cameras.push(Camera::look_at("hall", eye, target, 56_f32.to_radians()));
+    let (eye, target) = (Vec3::new(-2.3, 2.3, 10.6), Vec3::new(0.9, 6.4, -20.0));
+    b.desc.cameras.push(Camera::look_at("hall", eye, target, 58_f32.to_radians()));
     b.desc
 }
 

@@ -4,10 +4,11 @@ use super::form::{distance, hairline, nape};
 use crate::generate::noise::{fbm, noise, smoothstep};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
+use std::sync::OnceLock;
 use vastlight_math::{Vec2, Vec3, real::sin_cos};
 
-const COLUMNS: usize = 768;
-const ROWS: usize = 640;
+const COLUMNS: usize = 640;
+const ROWS: usize = 512;
 /// Beyond every radius.
 const OUTSIDE: f32 = 0.36;
 
@@ -23,14 +24,18 @@ pub(super) struct Chart {
 const SIDE: f32 = 0.94;
 
 impl Chart {
-    pub(super) fn new() -> Self {
-        let top = crown();
-        let radius = |i: usize| {
-            let (row, column) = (i / COLUMNS, i % COLUMNS);
-            let y = top * (1.0 - depth(row as f32 / (ROWS - 1) as f32));
-            march(y, TAU * column as f32 / COLUMNS as f32)
-        };
-        Self { radii: (0..ROWS * COLUMNS).into_par_iter().map(radius).collect(), top }
+    /// The chart; it is the same for every statue and made once.
+    pub(super) fn shared() -> &'static Self {
+        static CHART: OnceLock<Chart> = OnceLock::new();
+        CHART.get_or_init(|| {
+            let top = crown();
+            let mut radii = vec![0.0; ROWS * COLUMNS];
+            radii.par_chunks_mut(COLUMNS).enumerate().for_each(|(row, radii)| {
+                let y = top * (1.0 - depth(row as f32 / (ROWS - 1) as f32));
+                march_around(y, radii);
+            });
+            Self { radii, top }
+        })
     }
 
     /// The point where all angles meet: the crown at 0, the middle of the cut at 1.
@@ -108,13 +113,26 @@ fn crown() -> f32 {
     low
 }
 
-/// The outermost surface seen from outside towards the axis at this height and angle.
-fn march(y: f32, angle: f32) -> f32 {
-    let (s, c) = sin_cos(angle);
-    let at = |r: f32| Vec3::new(r * s, y, AXIS_Z + r * c);
-    let mut r = OUTSIDE;
+/// Radii of the outermost surface at this height, angle by angle.
+fn march_around(y: f32, radii: &mut [f32]) {
+    let mut start = OUTSIDE;
+    for (column, radius) in radii.iter_mut().enumerate() {
+        let (s, c) = sin_cos(TAU * column as f32 / COLUMNS as f32);
+        let gap = |r: f32| distance(Vec3::new(r * s, y, AXIS_Z + r * c));
+        // The neighbour's radius is near, unless the surface has come out by more than the margin.
+        if gap(start) <= 0.0 {
+            start = OUTSIDE;
+        }
+        *radius = march(gap, start);
+        start = (*radius + 0.03).min(OUTSIDE);
+    }
+}
+
+/// From `start` towards the axis until the surface is met; 0 if it is not.
+fn march(gap: impl Fn(f32) -> f32, start: f32) -> f32 {
+    let mut r = start;
     for _ in 0..90 {
-        let d = distance(at(r));
+        let d = gap(r);
         if d < 2e-5 {
             break;
         }
@@ -123,7 +141,7 @@ fn march(y: f32, angle: f32) -> f32 {
             return 0.0;
         }
     }
-    r.max(0.0)
+    r
 }
 
 /// Curls in the hair, pits and chisel marks elsewhere; metres along the normal.

@@ -10,26 +10,21 @@ mod form;
 
 use super::palette::{srgb, stone};
 use super::{GenerateOptions, builder::Builder, shape::Assembly, solids, textures};
-use crate::{Camera, ColorInput, Encoding, Environment, Instance, Material, Mesh, Projection, SceneDesc};
+use crate::{Camera, ColorInput, Encoding, Environment, Material, Mesh, Part, Projection, SceneDesc};
 use chart::Chart;
 use rayon::prelude::*;
 use vastlight_math::{Affine3, Vec2, Vec3};
-
-/// Triangles of everything but the head.
-const HALL_TRIANGLES: u64 = 250;
 
 /// The scene.
 pub(super) fn statue(options: &GenerateOptions) -> SceneDesc {
     let mut b = Builder::default();
     let marble = b.material(stone("statuary marble", srgb(0xe9e4da), 0.42));
-    debug_assert_eq!(marble, 0);
-    let wanted = options.triangles.unwrap_or(1_000_000).saturating_sub(HALL_TRIANGLES);
     let seed = options.seed as u32;
-    b.desc.meshes.push(head(wanted, seed));
-    b.desc.names.push("statue".into());
-    let place = Affine3::from_translation(Vec3::new(0.0, 1.12, 0.0)) * super::shape::turn(0.42);
-    b.desc.instances.push(Instance { world_from_object: place, mesh: 0, name: 0 });
     hall(&mut b, seed);
+    let left = options.triangles.unwrap_or(1_000_000).saturating_sub(b.instanced_triangles());
+    b.desc.meshes.push(head(left, marble, seed));
+    let place = Affine3::from_translation(Vec3::new(0.0, 1.12, 0.0)) * super::shape::turn(0.42);
+    b.place((b.desc.meshes.len() - 1) as u32, place);
     b.desc.cameras.push(camera());
     b.desc
 }
@@ -54,8 +49,8 @@ fn rows_and_columns(triangles: u64) -> (u32, u32) {
 }
 
 /// The head: rings from top to bottom, closed by a vertex at each end.
-fn head(triangles: u64, seed: u32) -> Mesh {
-    let chart = Chart::new();
+fn head(triangles: u64, material: u32, seed: u32) -> Mesh {
+    let chart = Chart::shared();
     let (rows, columns) = rows_and_columns(triangles);
     let rings = rows as usize - 1;
     let count = rings * columns as usize + 2;
@@ -64,6 +59,7 @@ fn head(triangles: u64, seed: u32) -> Mesh {
         positions: vec![Vec3::ZERO; count],
         normals: vec![Vec3::Y; count],
         triangles: vec![[0; 3]; 2 * columns as usize * rings],
+        parts: vec![Part { first_triangle: 0, material }],
         ..Mesh::default()
     };
     let width = columns as usize;
