@@ -128,14 +128,34 @@ impl<'a> Data<'a> {
         Ok(Overrides { count: sparse.count, indices, index_component: sparse.index_component, values })
     }
 
-    /// Elements as floats, normalised where the accessor says so. Missing components are `fill`.
+    /// Elements as floats, normalised where the accessor says so. Missing components are `fill`. Only those elements
+    /// that `selection` lists, if there is one.
+    pub(super) fn floats_of<const N: usize>(
+        &self,
+        index: usize,
+        fill: f32,
+        selection: Option<&[u32]>,
+    ) -> Result<Vec<[f32; N]>, Fault> {
+        self.source(index)?.floats(fill, selection).ok_or_else(|| too_large(index))
+    }
+
+    /// All elements as floats.
     pub(super) fn floats<const N: usize>(&self, index: usize, fill: f32) -> Result<Vec<[f32; N]>, Fault> {
-        self.source(index)?.floats(fill).ok_or_else(|| too_large(index))
+        self.floats_of(index, fill, None)
     }
 
     /// Elements as whole numbers.
+    pub(super) fn whole_of<const N: usize>(
+        &self,
+        index: usize,
+        selection: Option<&[u32]>,
+    ) -> Result<Vec<[u32; N]>, Fault> {
+        self.source(index)?.whole(selection).ok_or_else(|| too_large(index))
+    }
+
+    /// All elements as whole numbers.
     pub(super) fn whole<const N: usize>(&self, index: usize) -> Result<Vec<[u32; N]>, Fault> {
-        self.source(index)?.whole().ok_or_else(|| too_large(index))
+        self.whole_of(index, None)
     }
 }
 
@@ -194,33 +214,34 @@ impl<'a> Overrides<'a> {
 
 impl<'a> Source<'a> {
     /// Elements as floats; `None` if memory does not suffice.
-    pub(super) fn floats<const N: usize>(&self, fill: f32) -> Option<Vec<[f32; N]>> {
+    fn floats<const N: usize>(&self, fill: f32, selection: Option<&[u32]>) -> Option<Vec<[f32; N]>> {
         let n = self.accessor.normalized;
         match self.accessor.component {
-            Component::I8 => self.decode(fill, |x: i8| x.float(n)),
-            Component::U8 => self.decode(fill, |x: u8| x.float(n)),
-            Component::I16 => self.decode(fill, |x: i16| x.float(n)),
-            Component::U16 => self.decode(fill, |x: u16| x.float(n)),
-            Component::U32 => self.decode(fill, |x: u32| x.float(n)),
-            Component::F32 => self.decode(fill, |x: f32| x),
+            Component::I8 => self.decode(fill, selection, |x: i8| x.float(n)),
+            Component::U8 => self.decode(fill, selection, |x: u8| x.float(n)),
+            Component::I16 => self.decode(fill, selection, |x: i16| x.float(n)),
+            Component::U16 => self.decode(fill, selection, |x: u16| x.float(n)),
+            Component::U32 => self.decode(fill, selection, |x: u32| x.float(n)),
+            Component::F32 => self.decode(fill, selection, |x: f32| x),
         }
     }
 
     /// Elements as whole numbers; negative and fractional ones become 0. `None` if memory does not suffice.
-    pub(super) fn whole<const N: usize>(&self) -> Option<Vec<[u32; N]>> {
+    fn whole<const N: usize>(&self, selection: Option<&[u32]>) -> Option<Vec<[u32; N]>> {
         match self.accessor.component {
-            Component::I8 => self.decode(0, |x: i8| u32::try_from(x).unwrap_or(0)),
-            Component::U8 => self.decode(0, |x: u8| u32::from(x)),
-            Component::I16 => self.decode(0, |x: i16| u32::try_from(x).unwrap_or(0)),
-            Component::U16 => self.decode(0, |x: u16| u32::from(x)),
-            Component::U32 => self.decode(0, |x: u32| x),
-            Component::F32 => self.decode(0, |x: f32| x as u32),
+            Component::I8 => self.decode(0, selection, |x: i8| u32::try_from(x).unwrap_or(0)),
+            Component::U8 => self.decode(0, selection, |x: u8| u32::from(x)),
+            Component::I16 => self.decode(0, selection, |x: i16| u32::try_from(x).unwrap_or(0)),
+            Component::U16 => self.decode(0, selection, |x: u16| u32::from(x)),
+            Component::U32 => self.decode(0, selection, |x: u32| x),
+            Component::F32 => self.decode(0, selection, |x: f32| x as u32),
         }
     }
 
     fn decode<S: Scalar, T: Copy + Default, const N: usize>(
         &self,
         fill: T,
+        selection: Option<&[u32]>,
         convert: impl Fn(S) -> T,
     ) -> Option<Vec<[T; N]>> {
         let components = self.accessor.shape.components().min(N);
@@ -232,26 +253,30 @@ impl<'a> Source<'a> {
             out
         };
         let mut out: Vec<[T; N]> = Vec::new();
-        out.try_reserve_exact(self.accessor.count).ok()?;
-        match self.base {
-            Some(base) if !self.accessor.shape.is_matrix() && components == N => {
+        out.try_reserve_exact(selection.map_or(self.accessor.count, <[u32]>::len)).ok()?;
+        match (self.base, selection) {
+            (Some(base), None) if !self.accessor.shape.is_matrix() && components == N => {
                 // The common case, with offsets known to the compiler.
-                let size = S::SIZE * N;
-                out.extend(elements(base, size, self.accessor.count).map(|bytes| {
+                out.extend(elements(base, S::SIZE * N, self.accessor.count).map(|bytes| {
                     std::array::from_fn(|c| convert(S::read(&bytes[c * S::SIZE..(c + 1) * S::SIZE])))
                 }));
             }
-            Some(base) => {
+            (Some(base), None) => {
                 out.extend(elements(base, self.accessor.tight_size(), self.accessor.count).map(element));
             }
-            None => {
+            (Some(base), Some(selection)) => {
+                let bytes = |i: &u32| base.bytes.get(*i as usize * base.stride..);
+                out.extend(selection.iter().map(|i| bytes(i).map_or([fill; N], element)));
+            }
+            (None, _) => {
                 let mut zero = [fill; N];
                 zero[..components].fill(T::default());
-                out.resize(self.accessor.count, zero);
+                out.resize(selection.map_or(self.accessor.count, <[u32]>::len), zero);
             }
         }
         for (i, bytes) in self.overrides.iter().flat_map(|o| o.iter(self.accessor.element_size())) {
-            if let Some(slot) = out.get_mut(i) {
+            let position = selection.map_or(Some(i), |s| s.binary_search(&(i as u32)).ok());
+            if let Some(slot) = position.and_then(|p| out.get_mut(p)) {
                 *slot = element(bytes);
             }
         }

@@ -3,15 +3,16 @@
 use super::accessor::Data;
 use super::findings::Findings;
 use super::json::Json;
-use super::mesh::{self, Context};
+use super::mesh::{self, Context, Shape};
 use super::node::{self, Placed};
 use super::texture::Textures;
-use super::{camera, image, light, material};
+use super::{camera, image, light, material, morph, skin};
 use crate::LoadOptions;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
+use vastlight_math::Affine3;
 use vastlight_math::glam::DAffine3;
 use vastlight_scene::{Image, Instance, Mesh, SceneDesc};
 
@@ -26,22 +27,53 @@ pub(super) fn assemble(
     let mut desc = SceneDesc::default();
     let roots = scene_roots(root, options, findings);
     let placed = node::place(root, &roots);
-    let meshes = place_meshes(root, data, &placed, &mut desc, findings);
+    let shapes = place_meshes(root, data, &placed, &mut desc, findings);
     place_cameras_and_lights(root, &placed, &mut desc);
     let default_material = read_materials(root, data, directory, options, &mut desc, findings);
     let budget = AtomicU64::new(geometry_budget(data));
-    let context = Context { root, data, default_material, budget: &budget };
-    let built: Vec<(Mesh, Findings)> = meshes.par_iter().map(|&index| mesh::build(&context, index)).collect();
+    let joints = pose_skins(root, data, &placed, &shapes);
+    let context = Context { root, data, default_material, joints: &joints, budget: &budget };
+    let built: Vec<(Mesh, Findings)> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();
     for (mesh, found) in built {
         findings.append(found);
         desc.meshes.push(mesh);
     }
+    if !root.list("animations").is_empty() {
+        let what = "animations are not played";
+        findings.warn(
+            "ANIMATIONS",
+            what,
+            "/animations",
+            "the picture shows the pose that the nodes describe",
+        );
+    }
     desc
+}
+
+/// The joints' matrices of every skin in use.
+fn pose_skins(
+    root: &Json<'_>,
+    data: &Data<'_>,
+    placed: &[Placed],
+    shapes: &[Shape],
+) -> BTreeMap<usize, Vec<Affine3>> {
+    let mut world_from_node = vec![None; root.list("nodes").len()];
+    for Placed { node, world_from_node: transform } in placed {
+        world_from_node[*node] = Some(*transform);
+    }
+    let skins: BTreeSet<usize> = shapes.iter().filter_map(|shape| shape.skin).collect();
+    let pose = |skin: usize| (skin, skin::joint_matrices(&root.list("skins")[skin], data, &world_from_node));
+    skins.into_iter().map(pose).collect()
 }
 
 /// Most bytes of geometry that are made from a file: some times its size, and always room for a small one.
 fn geometry_budget(data: &Data<'_>) -> u64 {
     (256 << 20) + data.buffers().total().saturating_mul(64)
+}
+
+/// Most copies that EXT_mesh_gpu_instancing makes: what the file has bytes for, and always some.
+fn most_copies(data: &Data<'_>) -> usize {
+    (1 << 20) + (data.buffers().total() / 4) as usize
 }
 
 /// The root nodes of the scene to show.
@@ -92,35 +124,53 @@ fn parentless(root: &Json<'_>) -> Vec<usize> {
     (0..nodes.len()).filter(|&i| !is_child[i]).collect()
 }
 
-/// Adds the instances; returns glTF's mesh for each entry of the scene's mesh table.
+/// Adds the instances; returns what each entry of the scene's mesh table shows.
 fn place_meshes(
     root: &Json<'_>,
     data: &Data<'_>,
     placed: &[Placed],
     desc: &mut SceneDesc,
     findings: &mut Findings,
-) -> Vec<usize> {
-    let mut meshes = Vec::new();
-    let mut numbers: BTreeMap<usize, u32> = BTreeMap::new();
+) -> Vec<Shape> {
+    let most = placed.len() + most_copies(data);
+    let mut shapes = Vec::new();
+    let mut numbers: BTreeMap<Shape, u32> = BTreeMap::new();
     let mut names = Names::default();
     for Placed { node: index, world_from_node } in placed {
         let node = &root.list("nodes")[*index];
         let Some(mesh_index) = node.index("mesh").filter(|&m| m < root.list("meshes").len()) else {
             continue;
         };
-        let mesh = *numbers.entry(mesh_index).or_insert_with(|| {
-            meshes.push(mesh_index);
-            (meshes.len() - 1) as u32
+        let shape = shape_of(root, node, mesh_index);
+        // The vertices of a skinned mesh are moved to world space.
+        let world_from_mesh = if shape.skin.is_some() { DAffine3::IDENTITY } else { *world_from_node };
+        let mesh = *numbers.entry(shape).or_insert_with_key(|shape| {
+            shapes.push(shape.clone());
+            (shapes.len() - 1) as u32
         });
         let name = names.number(instance_name(root, node, mesh_index), &mut desc.names);
         let place = format!("/nodes/{index}");
-        let copies = node::gpu_instances(node, data, &place, findings);
-        for node_from_object in copies.unwrap_or_else(|| vec![DAffine3::IDENTITY]) {
-            let world_from_object = node::to_f32(&(*world_from_node * node_from_object));
+        let copies =
+            node::gpu_instances(node, data, &place, findings).unwrap_or_else(|| vec![DAffine3::IDENTITY]);
+        if desc.instances.len() + copies.len() > most {
+            let what = format!("there are more than {most} instances, too many for a file of this size");
+            findings.error("TOO_MANY_INSTANCES", what, &place, "");
+            break;
+        }
+        for node_from_object in copies {
+            let world_from_object = node::to_f32(&(world_from_mesh * node_from_object));
             desc.instances.push(Instance { world_from_object, mesh, name });
         }
     }
-    meshes
+    shapes
+}
+
+fn shape_of(root: &Json<'_>, node: &Json<'_>, mesh: usize) -> Shape {
+    let json = &root.list("meshes")[mesh];
+    let weights = morph::weights(json, node).into_iter().map(f32::to_bits).collect();
+    let is_skinned = json.list("primitives").iter().any(|p| p.at("attributes").get("JOINTS_0").is_some());
+    let skin = node.index("skin").filter(|&s| is_skinned && s < root.list("skins").len());
+    Shape { mesh, weights, skin }
 }
 
 fn instance_name(root: &Json<'_>, node: &Json<'_>, mesh: usize) -> String {

@@ -3,10 +3,12 @@
 use super::accessor::{Data, Fault};
 use super::findings::Findings;
 use super::json::Json;
-use super::primitive::{self, FromAccessors, Surface};
+use super::primitive::{self, Corners, FromAccessors, Surface};
 use super::topology::Mode;
+use super::{morph, skin};
+use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use vastlight_math::{Vec2, Vec3, Vec4};
+use vastlight_math::{Affine3, Vec2, Vec3, Vec4};
 use vastlight_scene::{Mesh, Part};
 
 /// What meshes are built from.
@@ -16,28 +18,53 @@ pub(super) struct Context<'a> {
     pub(super) data: &'a Data<'a>,
     /// Material of primitives that name none.
     pub(super) default_material: u32,
+    /// World space from bind pose for each joint of each skin in use.
+    pub(super) joints: &'a BTreeMap<usize, Vec<Affine3>>,
     /// Bytes of geometry that may still be made.
     pub(super) budget: &'a AtomicU64,
 }
 
+/// A mesh as nodes show it: with their morph weights and skin.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Shape {
+    /// Index of the glTF mesh.
+    pub(super) mesh: usize,
+    /// Bits of the morph weights; empty if none is at work.
+    pub(super) weights: Vec<u32>,
+    /// Index of the skin.
+    pub(super) skin: Option<usize>,
+}
+
 /// Builds a mesh; primitives that cannot be used are left out with a finding.
-pub(super) fn build(context: &Context<'_>, index: usize) -> (Mesh, Findings) {
+pub(super) fn build(context: &Context<'_>, shape: &Shape) -> (Mesh, Findings) {
     let mut findings = Findings::default();
-    let json = &context.root.list("meshes")[index];
-    let mut mesh = Mesh { name: name_of(json, index), ..Mesh::default() };
-    let surfaces: Vec<(Surface, u32)> = json
-        .list("primitives")
-        .iter()
-        .enumerate()
-        .filter_map(|(i, primitive)| {
-            let place = format!("/meshes/{index}/primitives/{i}");
-            let surface = surface_of(context, primitive, &place, &mut findings)?;
-            let material = primitive.index("material").map_or(context.default_material, |m| m as u32);
-            Some((surface, material))
-        })
-        .collect();
+    let json = &context.root.list("meshes")[shape.mesh];
+    let mut mesh = Mesh { name: name_of(json, shape.mesh), ..Mesh::default() };
+    let mut surfaces = Vec::new();
+    for (i, primitive) in json.list("primitives").iter().enumerate() {
+        let place = format!("/meshes/{}/primitives/{i}", shape.mesh);
+        let mode = Mode::from_code(primitive.index("mode"));
+        if let Mode::NoSurface(name) = mode {
+            findings.warn(
+                "MODE_WITHOUT_SURFACE",
+                format!("{name} have no surface"),
+                &place,
+                "they are left out",
+            );
+            continue;
+        }
+        match surface_of(context, shape, primitive, mode, &place) {
+            Ok(surface) if surface.triangles.is_empty() => {}
+            Ok(surface) => surfaces.push((surface, material_of(context, primitive))),
+            Err(fault) => findings.fault("UNUSABLE_PRIMITIVE", fault),
+        }
+    }
     merge(&mut mesh, surfaces);
     (mesh, findings)
+}
+
+fn material_of(context: &Context<'_>, primitive: &Json<'_>) -> u32 {
+    primitive.index("material").map_or(context.default_material, |m| m as u32)
 }
 
 /// A mesh's name, or its number.
@@ -48,29 +75,68 @@ pub(super) fn name_of(json: &Json<'_>, index: usize) -> String {
     }
 }
 
+/// Reads a primitive, morphs it, and moves it with its joints.
 fn surface_of(
     context: &Context<'_>,
+    shape: &Shape,
     primitive: &Json<'_>,
+    mode: Mode,
     place: &str,
-    findings: &mut Findings,
-) -> Option<Surface> {
-    let mode = Mode::from_code(primitive.index("mode"));
-    if let Mode::NoSurface(name) = mode {
-        findings.warn("MODE_WITHOUT_SURFACE", format!("{name} have no surface"), place, "they are left out");
-        return None;
+) -> Result<Surface, Fault> {
+    let data = context.data;
+    let positions = primitive.at("attributes").index("POSITION").and_then(|i| data.accessor(i));
+    let Some(count) = positions.map(|accessor| accessor.count) else { return Ok(Surface::default()) };
+    let indices = primitive.index("indices").map(|i| data.whole::<1>(i)).transpose()?.map(Vec::into_flattened);
+    // At least a position for each vertex, before memory is taken for it.
+    let most_vertices = indices.as_ref().map_or(count, |indices| indices.len().min(count));
+    take_budget(context.budget, (most_vertices as u64).saturating_mul(12), place)?;
+    let corners = Corners::new(indices, count, place)?;
+    let selection = corners.selection.as_deref();
+    let attributes = FromAccessors { data, primitive, selection };
+    let mut surface = primitive::read(&attributes, mode, &corners.vertices, place)?;
+    take_budget(context.budget, bytes_of(&surface), place)?;
+    let weights: Vec<f32> = shape.weights.iter().map(|&bits| f32::from_bits(bits)).collect();
+    morph::apply(&mut surface, primitive, &weights, data, selection)?;
+    if let Some(joints) = shape.skin.and_then(|skin| context.joints.get(&skin)) {
+        skin::apply(&mut surface, joints);
     }
-    let attributes = FromAccessors { data: context.data, primitive };
-    let surface = primitive::read(&attributes, mode, place).and_then(|surface| {
-        take_budget(context.budget, bytes_of(&surface), place)?;
-        Ok(surface)
-    });
-    match surface {
-        Ok(surface) if surface.triangles.is_empty() => None,
-        Ok(surface) => Some(surface),
-        Err(fault) => {
-            findings.fault("UNUSABLE_PRIMITIVE", fault);
-            None
+    finish(&mut surface);
+    Ok(surface)
+}
+
+/// Unit normals and tangents. Tangents without normals do not count; the scene derives missing ones.
+fn finish(surface: &mut Surface) {
+    surface.influences.clear();
+    repair_normals(surface);
+    if surface.normals.is_empty() {
+        surface.tangents.clear();
+    }
+    for (tangent, normal) in surface.tangents.iter_mut().zip(&surface.normals) {
+        let direction = tangent.truncate().try_normalize();
+        let sign = 1.0_f32.copysign(tangent.w);
+        *tangent = direction.unwrap_or_else(|| normal.any_orthonormal_vector()).extend(sign);
+    }
+}
+
+/// Normals get unit length; those without a direction get that of a triangle at their vertex.
+fn repair_normals(surface: &mut Surface) {
+    let mut broken = false;
+    for normal in &mut surface.normals {
+        *normal = normal.try_normalize().unwrap_or_else(|| {
+            broken = true;
+            Vec3::ZERO
+        });
+    }
+    if broken {
+        for triangle in &surface.triangles {
+            let [a, b, c] = triangle.map(|i| surface.positions[i as usize]);
+            for vertex in triangle.map(|i| i as usize) {
+                if surface.normals[vertex] == Vec3::ZERO {
+                    surface.normals[vertex] = face_normal(a, b, c);
+                }
+            }
         }
+        surface.normals.iter_mut().filter(|n| **n == Vec3::ZERO).for_each(|n| *n = Vec3::Z);
     }
 }
 

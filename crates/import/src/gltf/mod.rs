@@ -17,10 +17,12 @@ mod light;
 mod material;
 mod mesh;
 mod model;
+mod morph;
 mod node;
 mod primitive;
+mod skin;
 #[cfg(test)]
-mod reports;
+mod tests;
 mod texture;
 mod topology;
 mod uri;

@@ -35,6 +35,9 @@ pub(super) fn place(root: &Json<'_>, roots: &[usize]) -> Vec<Placed> {
     while let Some((index, world_from_parent)) = stack.pop() {
         let Some(node) = nodes.get(index).filter(|_| !seen[index]) else { continue };
         seen[index] = true;
+        if node.extension("KHR_node_visibility").is_some_and(|e| *e.at("visible") == Json::Bool(false)) {
+            continue;
+        }
         let world_from_node = world_from_parent * local_transform(node);
         placed.push(Placed { node: index, world_from_node });
         let children = node.list("children").iter().rev().filter_map(Json::integer);

@@ -27,8 +27,6 @@ pub(super) trait Attributes {
     fn floats<const N: usize>(&self, semantic: &str, fill: f32) -> Result<Option<Vec<[f32; N]>>, Fault>;
     /// Whole-number values of an attribute.
     fn whole<const N: usize>(&self, semantic: &str) -> Result<Option<Vec<[u32; N]>>, Fault>;
-    /// The vertex of each corner; `None` if the primitive has no indices.
-    fn indices(&self) -> Result<Option<Vec<u32>>, Fault>;
 }
 
 /// Attributes in accessors.
@@ -36,32 +34,62 @@ pub(super) trait Attributes {
 pub(super) struct FromAccessors<'a> {
     pub(super) data: &'a Data<'a>,
     pub(super) primitive: &'a Json<'a>,
+    pub(super) selection: Option<&'a [u32]>,
 }
 
 impl Attributes for FromAccessors<'_> {
     fn floats<const N: usize>(&self, semantic: &str, fill: f32) -> Result<Option<Vec<[f32; N]>>, Fault> {
         let accessor = self.primitive.at("attributes").index(semantic);
-        accessor.map(|index| self.data.floats(index, fill)).transpose()
+        accessor.map(|index| self.data.floats_of(index, fill, self.selection)).transpose()
     }
 
     fn whole<const N: usize>(&self, semantic: &str) -> Result<Option<Vec<[u32; N]>>, Fault> {
         let accessor = self.primitive.at("attributes").index(semantic);
-        accessor.map(|index| self.data.whole(index)).transpose()
-    }
-
-    fn indices(&self) -> Result<Option<Vec<u32>>, Fault> {
-        let Some(index) = self.primitive.index("indices") else { return Ok(None) };
-        Ok(Some(self.data.whole::<1>(index)?.into_flattened()))
+        accessor.map(|index| self.data.whole_of(index, self.selection)).transpose()
     }
 }
 
-/// Reads a primitive that makes triangles.
-pub(super) fn read(attributes: &impl Attributes, mode: Mode, place: &str) -> Result<Surface, Fault> {
-    let Some(positions) = attributes.floats::<3>("POSITION", 0.0)? else {
-        return Ok(Surface::default());
-    };
+/// The vertex of each corner, and which vertices these are.
+#[derive(Clone, Debug)]
+pub(super) struct Corners {
+    /// Numbers within the selection, or within all vertices.
+    pub(super) vertices: Vec<u32>,
+    /// The vertices that are used, ascending, where these are a small part of all.
+    pub(super) selection: Option<Vec<u32>>,
+}
+
+impl Corners {
+    /// From indices into `count` vertices; `None` stands for all vertices in order.
+    pub(super) fn new(indices: Option<Vec<u32>>, count: usize, place: &str) -> Result<Self, Fault> {
+        let Some(mut vertices) = indices else {
+            let count = u32::try_from(count)
+                .map_err(|_| Fault::new("there are more than 2^32 vertices", place, ""))?;
+            return Ok(Self { vertices: (0..count).collect(), selection: None });
+        };
+        if let Some(&i) = vertices.iter().max().filter(|&&i| i as usize >= count) {
+            let what = format!("vertex index {i} is out of range, there are {count} vertices");
+            return Err(Fault::new(what, place, ""));
+        }
+        if vertices.len() >= count {
+            return Ok(Self { vertices, selection: None });
+        }
+        let mut used = vertices.clone();
+        used.sort_unstable();
+        used.dedup();
+        vertices.iter_mut().for_each(|v| *v = used.partition_point(|u| u < v) as u32);
+        Ok(Self { vertices, selection: Some(used) })
+    }
+}
+
+/// Reads the vertices of a primitive and joins its corners to triangles.
+pub(super) fn read(
+    attributes: &impl Attributes,
+    mode: Mode,
+    corners: &[u32],
+    place: &str,
+) -> Result<Surface, Fault> {
     let mut surface = Surface {
-        positions: positions.into_iter().map(Vec3::from).collect(),
+        positions: vectors(attributes.floats::<3>("POSITION", 0.0)?),
         normals: vectors(attributes.floats::<3>("NORMAL", 0.0)?),
         tangents: vectors(attributes.floats::<4>("TANGENT", 1.0)?),
         colors: vectors(attributes.floats::<4>("COLOR_0", 1.0)?),
@@ -75,22 +103,12 @@ pub(super) fn read(attributes: &impl Attributes, mode: Mode, place: &str) -> Res
         surface.influences.push((joints, weights.unwrap_or_default()));
     }
     check_lengths(&surface, place)?;
-    let corners = match attributes.indices()? {
-        Some(indices) => indices,
-        None => (0..vertex_count(&surface, place)?).collect(),
-    };
-    check_indices(&corners, surface.positions.len(), place)?;
-    surface.triangles = mode.triangles(&corners);
+    surface.triangles = mode.triangles(corners);
     Ok(surface)
 }
 
 fn vectors<V: From<[f32; N]>, const N: usize>(values: Option<Vec<[f32; N]>>) -> Vec<V> {
     values.into_iter().flatten().map(V::from).collect()
-}
-
-fn vertex_count(surface: &Surface, place: &str) -> Result<u32, Fault> {
-    u32::try_from(surface.positions.len())
-        .map_err(|_| Fault::new("there are more than 2^32 vertices", place, ""))
 }
 
 fn check_lengths(surface: &Surface, place: &str) -> Result<(), Fault> {
@@ -104,12 +122,18 @@ fn check_lengths(surface: &Surface, place: &str) -> Result<(), Fault> {
     }
 }
 
-fn check_indices(corners: &[u32], vertices: usize, place: &str) -> Result<(), Fault> {
-    match corners.iter().max() {
-        Some(&i) if i as usize >= vertices => {
-            let what = format!("vertex index {i} is out of range, there are {vertices} vertices");
-            Err(Fault::new(what, place, ""))
-        }
-        _ => Ok(()),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_corners_select_their_vertices() {
+        let corners = Corners::new(Some(vec![7, 3, 7]), 100, "").expect("in range");
+        assert_eq!(corners.vertices, [1, 0, 1]);
+        assert_eq!(corners.selection, Some(vec![3, 7]));
+        let corners = Corners::new(Some(vec![1, 0, 1]), 2, "").expect("in range");
+        assert_eq!((corners.vertices, corners.selection), (vec![1, 0, 1], None));
+        assert_eq!(Corners::new(None, 2, "").expect("in range").vertices, [0, 1]);
+        assert!(Corners::new(Some(vec![2]), 2, "").is_err());
     }
 }

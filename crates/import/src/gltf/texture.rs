@@ -24,11 +24,10 @@ impl Textures {
         let image = self.image(image_of(texture).filter(|&i| i < root.list("images").len())?);
         let sampler = texture.index("sampler").and_then(|i| root.list("samplers").get(i));
         let transform = info.extension("KHR_texture_transform");
-        let uv_set =
-            transform.and_then(|t| t.index("texCoord")).or_else(|| info.index("texCoord")).unwrap_or(0);
+
         let texture = Texture {
             image,
-            uv_set: u32::try_from(uv_set).ok()?,
+            uv_set: u32::try_from(uv_set_of(info)).ok()?,
             transform: transform.map_or(TextureTransform::IDENTITY, transform_of),
             wrap: ["wrapS", "wrapT"].map(|key| wrap_of(sampler.and_then(|s| s.index(key)))),
             filter: filter_of(sampler),
@@ -62,6 +61,12 @@ fn key(t: &Texture) -> Key {
     let numbers = [offset.x, offset.y, rotation, scale.x, scale.y].map(f32::to_bits);
     let choices = [t.wrap[0] as u8, t.wrap[1] as u8, t.filter as u8, t.encoding as u8];
     (t.image, t.uv_set, numbers, choices)
+}
+
+/// The texture coordinates of a `textureInfo`: those of its transform, if that names some.
+pub(super) fn uv_set_of(info: &Json<'_>) -> usize {
+    let transform = info.extension("KHR_texture_transform");
+    transform.and_then(|t| t.index("texCoord")).or_else(|| info.index("texCoord")).unwrap_or(0)
 }
 
 /// The image of a texture: the extensions' before the fallback.

@@ -209,7 +209,11 @@ static NODE: Object = extended(
         opt("translation", Numbers(3, 3, FREE)),
         opt("weights", Numbers(1, usize::MAX, FREE)).needs("mesh"),
     ],
-    &[("KHR_lights_punctual", &ext::NODE_LIGHT), ("EXT_mesh_gpu_instancing", &ext::GPU_INSTANCING)],
+    &[
+        ("KHR_lights_punctual", &ext::NODE_LIGHT),
+        ("EXT_mesh_gpu_instancing", &ext::GPU_INSTANCING),
+        ("KHR_node_visibility", &ext::VISIBILITY),
+    ],
 );
 
 static SAMPLER: Object = object(&[

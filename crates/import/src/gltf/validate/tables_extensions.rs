@@ -37,6 +37,8 @@ pub(super) static NODE_LIGHT: Object = object(&[req("light", Reference(Table::Li
 
 pub(super) static GPU_INSTANCING: Object = object(&[req("attributes", Map(&TO_ACCESSORS))]);
 
+pub(super) static VISIBILITY: Object = object(&[opt("visible", Bool)]);
+
 pub(super) static TEXTURE_TRANSFORM: Object = object(&[
     opt("offset", Numbers(2, 2, FREE)),
     opt("rotation", Number(FREE)),

@@ -1,8 +1,8 @@
 //! The Khronos validator's own cases: our errors against its reports.
 
-use super::findings::{Finding, Findings};
-use super::json::{self, Json};
 use crate::LoadOptions;
+use crate::gltf::findings::{Finding, Findings};
+use crate::gltf::json::{self, Json};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use vastlight_scene::Severity;
@@ -26,7 +26,7 @@ fn cases() -> Option<Vec<PathBuf>> {
 fn findings_of(file: &Path) -> Vec<Finding> {
     let bytes = std::fs::read(file).expect("readable");
     let mut findings = Findings::default();
-    super::parse(&bytes, file, &LoadOptions::default(), &mut findings);
+    crate::gltf::parse(&bytes, file, &LoadOptions::default(), &mut findings);
     findings.list().to_vec()
 }
 

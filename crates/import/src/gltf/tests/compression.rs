@@ -1,0 +1,1 @@
+//! Compressed meshes and textures.
