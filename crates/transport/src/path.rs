@@ -29,26 +29,34 @@ pub(crate) struct PathTracing {
     pub(crate) direct_only: bool,
 }
 
-/// The random numbers of one vertex.
+/// The random numbers of one vertex, drawn when they are asked for.
 struct VertexRandom {
-    light: f32,
-    light_place: Vec2,
-    lobe: f32,
-    direction: Vec2,
-    roulette: f32,
+    sampler: Sampler,
+    first: u32,
 }
 
 impl VertexRandom {
     fn new(sampler: Sampler, depth: u32) -> Self {
-        let first = CAMERA_DIMENSIONS.wrapping_add(depth.wrapping_sub(1).wrapping_mul(VERTEX_DIMENSIONS));
-        let mut s = sampler.at_dimension(first);
-        Self {
-            light: s.next_1d(),
-            light_place: s.next_2d(),
-            lobe: s.next_1d(),
-            direction: s.next_2d(),
-            roulette: s.next_1d(),
-        }
+        let before = depth.wrapping_sub(1).wrapping_mul(VERTEX_DIMENSIONS);
+        Self { sampler, first: CAMERA_DIMENSIONS.wrapping_add(before) }
+    }
+
+    fn dimension(&self, offset: u32) -> Sampler {
+        self.sampler.at_dimension(self.first.wrapping_add(offset))
+    }
+
+    /// Choice of a light, and the place on it.
+    fn light(&self) -> (f32, Vec2) {
+        (self.dimension(0).next_1d(), self.dimension(1).next_2d())
+    }
+
+    /// Choice of a lobe, and the direction.
+    fn direction(&self) -> (f32, Vec2) {
+        (self.dimension(2).next_1d(), self.dimension(3).next_2d())
+    }
+
+    fn roulette(&self) -> f32 {
+        self.dimension(4).next_1d()
     }
 }
 
@@ -99,7 +107,7 @@ impl Shade for PathTracing {
             path.normal = light_normal;
         }
         let roulette = context.settings.russian_roulette && depth >= ROULETTE_DEPTH;
-        if roulette && !survives(path, random.roulette) {
+        if roulette && !survives(path, random.roulette()) {
             return None;
         }
         Some(Ray { time: ray.time, ..next })
@@ -153,7 +161,8 @@ fn connect(
     random: &VertexRandom,
 ) -> Option<(Ray, Vec3)> {
     let from = vertex.surface.position;
-    let light = context.lights.sample(from, light_normal, random.light, random.light_place)?;
+    let (u_pick, u) = random.light();
+    let light = context.lights.sample(from, light_normal, u_pick, u)?;
     let wi = vertex.local_if_consistent(light.wi)?;
     let (value, bsdf_pdf) = bsdf.eval_pdf(vertex.frame.to_local(vertex.wo), wi);
     let sampling = context.settings.direct_sampling;
@@ -183,7 +192,8 @@ fn continue_path(
     random: &VertexRandom,
 ) -> Option<(Ray, bool)> {
     let wo = vertex.frame.to_local(vertex.wo);
-    let next: BsdfSample = bsdf.sample(wo, random.lobe, random.direction)?;
+    let (u_lobe, u) = random.direction();
+    let next: BsdfSample = bsdf.sample(wo, u_lobe, u)?;
     let direction = vertex.frame.to_outer(next.wi);
     let outwards = direction.dot(vertex.surface.normal);
     if next.wi.z * outwards <= 0.0 || next.weight.max_element() <= 0.0 {

@@ -10,12 +10,18 @@ use crate::sample::{RenderStats, SampleSink};
 use crate::settings::{Integrator, RenderSettings, Tile};
 use crate::veil::VeilIndex;
 use crate::wavefront::{Context, Shade, Wave};
+use std::cell::Cell;
 use std::ops::Range;
 use vastlight_scene::Scene;
 use vastlight_trace::Tracer;
 
 /// Paths that one thread keeps in flight: enough to amortise a stage, few enough for the second-level cache.
 const WAVE_PATHS: u64 = 4096;
+
+thread_local! {
+    /// Queues of the last tile that this thread has rendered: their memory is used again.
+    static WAVE: Cell<Wave> = Cell::default();
+}
 
 /// Renders tiles of one picture. Shared by all threads; each call of [`Renderer::render_tile`] works on its own.
 #[derive(Debug)]
@@ -82,7 +88,7 @@ impl<'a> Renderer<'a> {
             veils: &self.veils,
         };
         let mut stats = RenderStats::default();
-        let mut wave = Wave::default();
+        let mut wave = WAVE.take();
         let count = u64::from(samples.end.saturating_sub(samples.start));
         let total = tile.pixels() * count;
         let start_of = |i: u64| {
@@ -105,6 +111,7 @@ impl<'a> Renderer<'a> {
             stats.samples += last - first;
             first = last;
         }
+        WAVE.set(wave);
         stats
     }
 }

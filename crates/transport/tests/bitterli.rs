@@ -1,7 +1,7 @@
-//! The Cornell box against a picture that Tungsten rendered.
+//! The Cornell box and Veach's plates against pictures that Tungsten rendered.
 //!
-//! The scene is B. Bitterli's ("Rendering resources", 2016), written down again from its Mitsuba file; picture
-//! and file stay outside the repository. Pictures are compared at reduced size: means over blocks of the reference
+//! The scenes are B. Bitterli's ("Rendering resources", 2016), written down again from their Mitsuba files; pictures
+//! and files stay outside the repository. Pictures are compared at reduced size: means over blocks of the reference
 //! against ours through a box filter.
 
 #![allow(clippy::print_stderr, reason = "figures are shown with --nocapture")]
@@ -11,7 +11,7 @@ mod common;
 use common::reference::{Comparison, Reference, model, soak};
 use common::{Build, render, shapes};
 use vastlight_math::{Affine3, Vec3};
-use vastlight_scene::{Camera, Material, Projection, Scene};
+use vastlight_scene::{Camera, Conductor, Material, Mesh, Projection, ScalarInput, Scene};
 use vastlight_transport::{PixelFilter, RenderSettings};
 
 /// An affine map from the first three rows of a row-major 4x4 matrix.
@@ -82,4 +82,71 @@ fn cornell_box_has_tungstens_radiance() {
     assert!(found.mean_z.abs() < 0.3 && found.outliers < 0.02, "{found:?}");
     let wrong = Comparison::new(&picture, &reference.scaled(1.05), 0.02, |_| true);
     assert!((wrong.mean_ratio - 1.0).abs() > 0.01 && wrong.mean_z.abs() > 0.3, "control: {wrong:?}");
+}
+
+fn veach_plates() -> Scene {
+    let mut build = Build::in_light(Vec3::ZERO);
+    // Theirs reflects 0.3 of what the metal does: ours is 0.3 metal, the rest black.
+    let metal = |alpha: f32| Material {
+        conductor: Some(Conductor {
+            eta: Vec3::new(0.200_438, 0.924_033, 1.102_21),
+            k: Vec3::new(3.912_95, 2.452_85, 2.142_19),
+        }),
+        metallic: ScalarInput::new(0.3),
+        roughness: ScalarInput::new(alpha.sqrt()),
+        ..Material::diffuse("plate", Vec3::ZERO)
+    };
+    let mut plate = |alpha: f32, x: [f32; 2], y: [f32; 2], at: [f32; 2]| {
+        let m = [[x[0], x[1], 0.0, at[0]], [y[0], y[1], 0.0, at[1]], [0.0, 0.0, 4.0, 0.0]];
+        build.add(shapes::cube(), metal(alpha), rows(m));
+    };
+    plate(0.01, [0.805_757, 0.096_177_5], [-0.673_242, 0.115_108], [0.264_069, 4.098_01]);
+    plate(0.05, [0.972_057, 0.056_713_4], [-0.396_994, 0.138_865], [3.061_63, 2.717_02]);
+    plate(0.1, [1.031_91, 0.027_725_2], [-0.194_077, 0.147_415], [7.099_81, 1.818_91]);
+    plate(0.25, [1.042_17, 0.018_283_1], [-0.127_982, 0.148_882], [10.676_9, 1.233_76]);
+    let grey = Material::diffuse("grey", Vec3::splat(0.5));
+    let floor = [[9.9, 0.0, 0.0, 4.9], [0.0, 0.0, 9.9, 0.0], [0.0, -23.76, 0.0, 0.0]];
+    let wall = [[0.0, 0.0, 9.9, -5.0], [-9.9, 0.0, 0.0, 9.9], [0.0, -23.76, 0.0, 0.0]];
+    build.add(shapes::quad(), grey.clone(), rows(floor));
+    build.add(shapes::quad(), grey, rows(wall));
+    for (radius, z, radiance) in [(1.0, -2.8, 7.599_09), (0.5, 0.0, 30.396_4), (0.05, 2.7, 3039.64)] {
+        let light = Material::emitter("light", Vec3::splat(radiance), false);
+        build.add(ball(), light, place(radius, Vec3::new(0.0, 6.5, z)));
+    }
+    build.finish()
+}
+
+/// A sphere of triangles with the area of the round one, so that its power is right.
+fn ball() -> Mesh {
+    let mut mesh = shapes::sphere(3, false);
+    let area: f32 = (0..mesh.triangles.len() as u32)
+        .map(|t| mesh.corners(t))
+        .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length())
+        .sum();
+    let scale = (4.0 * std::f32::consts::PI / area).sqrt();
+    mesh.positions.iter_mut().for_each(|p| *p *= scale);
+    mesh
+}
+
+fn place(scale: f32, at: Vec3) -> Affine3 {
+    Affine3::from_scale_rotation_translation(Vec3::splat(scale), Default::default(), at)
+}
+
+#[test]
+fn veach_plates_have_tungstens_radiance() {
+    let Some(file) = model("bitterli/veach-mis/TungstenRender.exr") else { return };
+    let (factor, samples) = if soak() { (5, 1024) } else { (16, 128) };
+    let reference = Reference::read(&file).reduced(factor);
+    let (width, height) = (reference.width, reference.height);
+    let view = camera(Vec3::new(28.2792, 3.5, 0.0), Vec3::NEG_X, 35.0, 16.0 / 9.0);
+    let picture = render(&veach_plates(), &settings(view, width as u32, height as u32, 5), samples);
+    // Walls and floor are the materials 4 and 5. The plates' own pixels differ: our facets follow GGX, theirs Beckmann.
+    let grey = |i: usize| matches!(picture.material[i], Some(4 | 5));
+    let found = Comparison::new(&picture, &reference, 0.03, grey);
+    let plates = Comparison::new(&picture, &reference, 0.03, |i| matches!(picture.material[i], Some(0..=3)));
+    eprintln!("veach plates {width}x{height}, {samples} samples: walls {found:?}\n  plates {plates:?}");
+    assert!((found.mean_ratio - 1.0).abs() < 0.015, "{found:?}");
+    assert!((plates.mean_ratio - 1.0).abs() < 0.15, "{plates:?}");
+    let wrong = Comparison::new(&picture, &reference.scaled(1.05), 0.03, grey);
+    assert!((wrong.mean_ratio - 1.0).abs() > 0.015, "control: {wrong:?}");
 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Build, assert_close, look_at, render, shapes};
 use vastlight_math::{Affine3, Quat, Vec3};
-use vastlight_scene::{ColorInput, Material, Mesh, Scene};
+use vastlight_scene::{ColorInput, Material, Mesh, ScalarInput, Scene};
 use vastlight_transport::RenderSettings;
 
 /// A closed surface that emits `emission` and reflects `albedo` of what falls on it, black outside.
@@ -84,4 +84,54 @@ fn a_white_diffuse_body_vanishes_in_a_constant_environment() {
     for (found, expected) in picture.color().into_iter().zip([1.0, 2.0, 0.5]) {
         assert_close(found, expected, 5e-3, "mean");
     }
+}
+
+/// Materials that take nothing away: in light that is the same from everywhere they cannot be seen.
+#[test]
+fn white_materials_vanish_in_a_constant_environment() {
+    let metal = |roughness| Material::metal("metal", Vec3::ONE, roughness);
+    let glass = |roughness| Material::glass("glass", 1.5, roughness);
+    let plastic = Material { roughness: ScalarInput::new(0.3), ..Material::diffuse("plastic", Vec3::ONE) };
+    let thin = Material { thickness: 0.0, ..glass(0.0) };
+    let dispersive = Material { dispersion: 5.0, ..glass(0.0) };
+    // What single scattering loses is given back on average; the measure is the whole body.
+    for (name, material, tolerance) in [
+        ("mirror", metal(0.0), 1e-3),
+        ("metal 0.3", metal(0.3), 0.02),
+        ("metal 1", metal(1.0), 0.03),
+        ("plastic", Material { specular: ScalarInput::new(1.0), ..plastic }, 0.03),
+        ("glass", glass(0.0), 5e-3),
+        ("glass 0.3", glass(0.3), 0.03),
+        ("thin glass", thin, 5e-3),
+        ("dispersive glass", dispersive, 0.02),
+    ] {
+        let scene =
+            Build::in_light(Vec3::ONE).add(shapes::sphere(3, true), material, Affine3::IDENTITY).finish();
+        let settings = RenderSettings {
+            max_depth: 64,
+            ..RenderSettings::new(look_at(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 0.35), 16, 16)
+        };
+        let picture = render(&scene, &settings, 64);
+        assert_close(picture.average(), 1.0, tolerance, name);
+        assert_eq!(picture.stats.non_finite, 0);
+    }
+}
+
+/// Normals that disagree with the faces let no light in and leave no pixel black.
+#[test]
+fn shading_normals_neither_leak_nor_blacken() {
+    let mut mesh = shapes::cube();
+    mesh.normals = mesh.positions.iter().map(|p| p.normalize()).collect();
+    let scene = Build::in_light(Vec3::ONE)
+        .add(mesh, Material::diffuse("white", Vec3::ONE), Affine3::IDENTITY)
+        .finish();
+    let from_inside = RenderSettings { max_depth: 8, ..inside(&Affine3::IDENTITY) };
+    assert_eq!(render(&scene, &from_inside, 64).average(), 0.0);
+    let from_outside = RenderSettings {
+        max_depth: 8,
+        ..RenderSettings::new(look_at(Vec3::new(3.0, 2.0, 4.0), Vec3::ZERO, 0.3), 24, 24)
+    };
+    let picture = render(&scene, &from_outside, 64);
+    assert!(picture.mean.iter().flatten().all(|&x| x > 0.5), "a black pixel");
+    assert!(picture.average() > 0.8 && picture.average() < 1.01, "{}", picture.average());
 }

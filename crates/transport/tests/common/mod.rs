@@ -59,6 +59,8 @@ pub(crate) struct Picture {
     pub(crate) samples: u32,
     pub(crate) mean: Vec<[f64; 3]>,
     pub(crate) variance: Vec<[f64; 3]>,
+    /// The material that all samples of a pixel saw first, if it was one.
+    pub(crate) material: Vec<Option<u32>>,
     pub(crate) stats: RenderStats,
 }
 
@@ -98,8 +100,11 @@ pub(crate) fn render(scene: &Scene, settings: &RenderSettings, samples: u32) -> 
     let count = region.pixels() as usize;
     let mut sum = vec![[0.0_f64; 3]; count];
     let mut squares = vec![[0.0_f64; 3]; count];
+    let mut material: Vec<Option<Option<u32>>> = vec![None; count];
     let mut sink = |pixel: [u32; 2], sample: &Sample| {
         let place = ((pixel[1] - region.min[1]) * region.width() + pixel[0] - region.min[0]) as usize;
+        let seen = material[place].get_or_insert(Some(sample.material));
+        *seen = seen.filter(|&m| m == sample.material);
         for (c, value) in sample.radiance.to_array().into_iter().enumerate() {
             sum[place][c] += f64::from(value);
             squares[place][c] += f64::from(value).powi(2);
@@ -112,7 +117,8 @@ pub(crate) fn render(scene: &Scene, settings: &RenderSettings, samples: u32) -> 
         std::array::from_fn(|c| ((q[c] / n - m[c] * m[c]) * n / (n - 1.0)).max(0.0))
     };
     let variance = squares.iter().zip(&mean).map(variance).collect();
-    Picture { width: region.width(), samples, mean, variance, stats }
+    let material = material.into_iter().map(Option::flatten).collect();
+    Picture { width: region.width(), samples, mean, variance, material, stats }
 }
 
 /// Asserts that `found` is within `relative` of `expected`.
