@@ -37,7 +37,7 @@ pub(super) fn apply(surface: &mut Surface, joints: &[Affine3]) {
         let Some(world_from_bind) = blend(weighted, joints) else { continue };
         surface.positions[v] = world_from_bind.transform_point3(surface.positions[v]);
         if let Some(normal) = surface.normals.get_mut(v) {
-            *normal = transform_normal(world_from_bind.matrix3.into(), *normal);
+            *normal = transform_normal(world_from_bind.matrix3, *normal);
         }
         if let Some(tangent) = surface.tangents.get_mut(v) {
             let direction = world_from_bind.transform_vector3(tangent.truncate());

@@ -7,7 +7,7 @@ use vastlight_math::Vec3;
 use vastlight_scene::{LightKind, Projection};
 
 fn origin(desc: &vastlight_scene::SceneDesc, instance: usize) -> Vec3 {
-    desc.instances[instance].world_from_object.translation.into()
+    desc.instances[instance].world_from_object.translation
 }
 
 #[test]
