@@ -10,6 +10,7 @@ use crate::{ExportError, png};
 use document::Document;
 use layout::{Layout, Primitive};
 use std::path::Path;
+use vastlight_math::{Frame, Vec3, Vec4};
 use vastlight_scene::{Diagnostics, Mesh, Scene};
 
 /// A GLB's length is a 32-bit number.
@@ -60,7 +61,9 @@ fn encode_images(scene: &Scene, lost: &mut Diagnostics) -> Result<Vec<Vec<u8>>, 
 fn write_mesh(file: &mut Target, mesh: &Mesh, primitives: &[Primitive]) -> Result<(), ExportError> {
     file.put(bytemuck::cast_slice(&mesh.positions))?;
     file.put(bytemuck::cast_slice(&mesh.normals))?;
-    file.put(bytemuck::cast_slice(&mesh.tangents))?;
+    for (i, tangent) in mesh.tangents.iter().enumerate() {
+        file.put(bytemuck::bytes_of(&unit_tangent(mesh, i, *tangent)))?;
+    }
     for set in &mesh.uvs {
         file.put(bytemuck::cast_slice(set))?;
     }
@@ -77,6 +80,15 @@ fn write_mesh(file: &mut Target, mesh: &Mesh, primitives: &[Primitive]) -> Resul
         file.pad(0)?;
     }
     Ok(())
+}
+
+/// glTF wants unit tangents; where the texture coordinates give none, any direction in the surface will do.
+fn unit_tangent(mesh: &Mesh, vertex: usize, tangent: Vec4) -> Vec4 {
+    if tangent.truncate().length_squared() > 0.5 {
+        return tangent;
+    }
+    let normal = mesh.normals.get(vertex).copied().unwrap_or(Vec3::Z);
+    Frame::from_z(normal).x.extend(1.0)
 }
 
 #[cfg(test)]
