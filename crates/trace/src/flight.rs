@@ -46,6 +46,8 @@ pub(crate) struct Flight<'a, S: Simd8> {
     pub(crate) index: usize,
     /// The closest hit so far.
     pub(crate) best: Hit,
+    /// Steps of all rays so far.
+    pub(crate) steps: usize,
     ray: Ray,
     stages: [Stage<'a, S>; 2],
     level: usize,
@@ -66,6 +68,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         Self {
             index: 0,
             best: Hit::MISS,
+            steps: 0,
             ray: Ray::new(vastlight_math::Vec3::ZERO, vastlight_math::Vec3::ZERO),
             stages: [Stage::nowhere(simd); 2],
             level: TOP,
@@ -115,6 +118,10 @@ impl<'a, S: Simd8> Flight<'a, S> {
         tracer: &'a Tracer,
         filter: &F,
     ) -> bool {
+        self.steps += 1;
+        if ALONE && self.level == MESH {
+            return self.cross_mesh::<F, ANY>(simd, filter);
+        }
         if !self.current.is_leaf() {
             let stage = &self.stages[self.level & 1];
             let node = &stage.nodes[self.current.index()];
@@ -132,6 +139,31 @@ impl<'a, S: Simd8> Flight<'a, S> {
             return false;
         }
         self.next()
+    }
+
+    /// All steps of a flight alone in a mesh, with its figures in registers; false at the end of the way.
+    #[inline(always)]
+    fn cross_mesh<F: HitFilter, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
+        let Stage { nodes, memory, lanes, .. } = self.stages[MESH];
+        let mut current = self.current;
+        loop {
+            self.steps += 1;
+            let next = if current.is_leaf() {
+                self.current = current;
+                if self.test_block(simd, filter) && ANY {
+                    return false;
+                }
+                None
+            } else {
+                let node = &nodes[current.index()];
+                let hits = lanes.test(simd, node, self.stages[MESH].t_max);
+                self.waiting.descend::<S, true>(simd, node, hits, &memory)
+            };
+            match next.or_else(|| self.waiting.pop(self.floor, self.stages[MESH].t_max)) {
+                Some(next) => current = next,
+                None => return self.next(),
+            }
+        }
     }
 
     /// Asks the caches for what the next step needs.

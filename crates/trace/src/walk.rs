@@ -105,16 +105,15 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
     where
         'a: 'f,
     {
-        let mut steps = 0;
+        let before = flight.steps;
         for index in range {
             let mut flying = flight.start(simd, self.tracer, &self.rays[index], index);
             while flying {
                 flying = flight.step::<F, ANY, true>(simd, self.tracer, self.filter);
-                steps += 1;
             }
             self.answers.set(index, &flight.best);
         }
-        steps
+        flight.steps - before
     }
 
     /// Flies rays in turns; gives the number of steps.
@@ -128,15 +127,14 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
     where
         'a: 'f,
     {
+        let before: usize = flights.iter().map(|f| f.steps).sum();
         let mut flying = 0;
         while flying < TOGETHER && self.take_off(simd, &mut flights[flying], &mut range) {
             flying += 1;
         }
-        let mut steps = 0;
         while flying > 0 {
             let mut turn = 0;
             while turn < flying {
-                steps += 1;
                 let flight = &mut flights[turn];
                 if flight.step::<F, ANY, false>(simd, self.tracer, self.filter) {
                     flight.prefetch(simd);
@@ -152,7 +150,7 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
                 }
             }
         }
-        steps
+        flights.iter().map(|f| f.steps).sum::<usize>() - before
     }
 
     /// Starts a flight with the next ray of the range that has a way to go; false if there is none.
