@@ -1,14 +1,14 @@
 //! The command line.
 
 use crate::commands::{bench, diff, generate, info, render, validate};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 use vastlight::{Error, ErrorClass, parse_bytes};
 
 /// A path tracer for scenes of any size
 ///
 /// SCENE is a glTF/GLB, OBJ, PLY or STL file, or demo:NAME. Progress and messages go to stderr, results to stdout.
 ///
-/// Exit codes: 0 done (also at the time limit), 2 usage, 3 scene or input, 4 memory budget, 5 device, 6 output, 7
+/// Exit codes: 0 done (also at the time limit), 1 pictures differ (diff --tolerance), 2 usage, 3 scene or input, 4 memory budget, 5 device, 6 output, 7
 /// non-finite samples under --strict, 130 interrupted.
 #[derive(Parser, Debug)]
 #[command(name = "vastlight", version, propagate_version = true)]
@@ -55,7 +55,8 @@ pub(crate) struct Common {
     pub(crate) quiet: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+/// Where to compute.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Device {
     Auto,
     Cpu,
