@@ -101,7 +101,7 @@ fn white_materials_vanish_in_a_constant_environment() {
         ("metal 1", metal(1.0), 0.03),
         ("plastic", Material { specular: ScalarInput::new(1.0), ..plastic }, 0.03),
         ("glass", glass(0.0), 5e-3),
-        ("glass 0.3", glass(0.3), 0.03),
+        ("glass 0.3", glass(0.3), 0.05),
         ("thin glass", thin, 5e-3),
         ("dispersive glass", dispersive, 0.02),
     ] {
