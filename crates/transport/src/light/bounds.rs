@@ -18,18 +18,26 @@ pub(super) struct Cone {
 impl Cone {
     pub(super) const ALL: Self = Self { axis: Vec3::Z, cos: -1.0 };
 
+    /// Whether a cone that is not wider lies within this one.
+    fn contains(&self, narrow: &Self) -> bool {
+        let sines = ((1.0 - self.cos * self.cos) * (1.0 - narrow.cos * narrow.cos)).max(0.0).sqrt();
+        // The angle between the axes is at most the difference of the half angles.
+        self.cos <= -1.0 || self.axis.dot(narrow.axis) >= self.cos * narrow.cos + sines - 1e-6
+    }
+
     /// The narrowest cone around two, up to rounding.
     pub(super) fn union(self, other: Self) -> Self {
         let (wide, narrow) = if self.cos <= other.cos { (self, other) } else { (other, self) };
-        let (angle_wide, angle_narrow) = (acos(wide.cos), acos(narrow.cos));
-        let between = acos(wide.axis.dot(narrow.axis));
-        if between + angle_narrow <= angle_wide {
+        if wide.contains(&narrow) {
             return wide;
         }
+        let (angle_wide, angle_narrow) = (acos(wide.cos), acos(narrow.cos));
+        let between = acos(wide.axis.dot(narrow.axis));
         let angle = 0.5 * (angle_wide + between + angle_narrow);
         let turn_axis = wide.axis.cross(narrow.axis);
         let length = turn_axis.length();
         if angle >= std::f32::consts::PI || length < 1e-6 {
+            // All around, or two axes that are opposite.
             return Self::ALL;
         }
         let (s, c) = sin_cos(angle - angle_wide);
@@ -231,5 +239,66 @@ fn cos_of_difference(cos_a: f32, sin_b: f32, cos_b: f32) -> f32 {
     } else {
         let sin_a = (1.0 - cos_a * cos_a).max(0.0).sqrt();
         cos_a * cos_b + sin_a * sin_b
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_math::{Rng, warp};
+
+    #[test]
+    fn unions_contain_both_cones_and_stay_narrow() {
+        let mut rng = Rng::new(12);
+        for _ in 0..2000 {
+            let mut cone =
+                || Cone { axis: warp::uniform_sphere(rng.next_2d()), cos: 1.0 - 1.5 * rng.next_1d() };
+            let (a, b) = (cone(), cone());
+            let both = a.union(b);
+            for part in [a, b] {
+                let reach = acos(part.axis.dot(both.axis)) + acos(part.cos);
+                assert!(both.cos <= -1.0 || reach <= acos(both.cos) + 1e-3, "{a:?} {b:?} {both:?}");
+            }
+            let needed = 0.5 * (acos(a.cos) + acos(b.cos) + acos(a.axis.dot(b.axis)));
+            let largest = needed.max(acos(a.cos)).max(acos(b.cos));
+            assert!(largest > 3.1 || acos(both.cos) <= largest + 3e-3, "{a:?} {b:?} {both:?}");
+        }
+        // The same normal, up to rounding.
+        let axis = Vec3::new(0.3, -0.7, 0.2).normalize();
+        let nearly = (axis + Vec3::splat(3e-8)).normalize();
+        let flat = Cone { axis, cos: 1.0 }.union(Cone { axis: nearly, cos: 1.0 });
+        assert!(flat.cos > 0.999_99, "{flat:?}");
+    }
+
+    #[test]
+    fn importance_is_zero_only_where_no_light_goes() {
+        let mut rng = Rng::new(13);
+        for _ in 0..2000 {
+            let mut place =
+                |scale: f32| (Vec3::new(rng.next_1d(), rng.next_1d(), rng.next_1d()) - 0.5) * scale;
+            let corner = [place(2.0), place(2.0)];
+            let from = place(6.0);
+            let normal = warp::uniform_sphere(rng.next_2d());
+            let axis = warp::uniform_sphere(rng.next_2d());
+            let bounds = LightBounds {
+                aabb: Aabb::from_points(corner),
+                cone: Cone { axis, cos: 1.0 - rng.next_1d() },
+                cos_emission: 0.0,
+                intensity: 1.0,
+                moment: axis * 0.8,
+                two_sided: false,
+            };
+            let radius = 0.5 * bounds.aabb.size().length();
+            let node = Node::new(&bounds, bounds.aabb.center(), radius, 0);
+            // A light somewhere in the box with a normal somewhere in the cone.
+            let mix = Vec3::new(rng.next_1d(), rng.next_1d(), rng.next_1d());
+            let place = bounds.aabb.min + bounds.aabb.size() * mix;
+            let frame = vastlight_math::Frame::from_z(axis);
+            let own = frame.to_outer(warp::uniform_cone(rng.next_2d(), 1.0 - bounds.cone.cos));
+            let w = (from - place).normalize();
+            if w.dot(own) > 1e-3 && -w.dot(normal) > 1e-3 {
+                assert!(node.importance(from, normal, true) > 0.0, "{bounds:?} {from} {normal}");
+            }
+        }
     }
 }

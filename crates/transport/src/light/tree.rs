@@ -54,6 +54,8 @@ const MAX_HEURISTIC_DEPTH: u32 = 32;
 /// Subtrees with at least this many lights are built in parallel.
 const PARALLEL: usize = 4096;
 const BINS: usize = 12;
+/// About so many of a node's lights are asked where to cut it.
+const ASKED: usize = 4096;
 
 /// The way of a light that is in no tree.
 pub(super) const NO_TRAIL: u64 = u64::MAX;
@@ -250,6 +252,7 @@ fn bin_of(x: f32, centers: &Aabb, axis: usize) -> usize {
 fn best_cut(items: &[Item], centers: &Aabb) -> Option<(usize, usize)> {
     let size = centers.size();
     let mut best: Option<(f32, usize, usize)> = None;
+    let stride = items.len().div_ceil(ASKED);
     for axis in 0..3 {
         // A very flat axis is never chosen: the heuristic's factor for long thin nodes.
         if size[axis] <= size.max_element() * 0.05 {
@@ -257,7 +260,7 @@ fn best_cut(items: &[Item], centers: &Aabb) -> Option<(usize, usize)> {
         }
         let stretch = size.max_element() / size[axis];
         let mut bins: [Option<LightBounds>; BINS] = [None; BINS];
-        for item in items {
+        for item in items.iter().step_by(stride) {
             let bin = &mut bins[bin_of(item.bounds.aabb.center()[axis], centers, axis)];
             *bin = Some(bin.map_or(item.bounds, |b| b.union(&item.bounds)));
         }

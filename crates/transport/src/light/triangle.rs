@@ -207,7 +207,7 @@ mod tests {
     fn samples_are_uniform_over_solid_angle() {
         let near = [Vec3::new(-2.0, -2.0, 0.5), Vec3::new(3.0, -1.0, 0.7), Vec3::new(0.3, 2.0, 0.4)];
         let huge = [Vec3::new(-60.0, -40.0, 1.0), Vec3::new(70.0, -40.0, 1.0), Vec3::new(0.0, 90.0, 1.0)];
-        let small = [Vec3::new(0.9, 0.1, 0.3), Vec3::new(1.0, 0.45, 0.3), Vec3::new(0.9, 0.2, 0.65)];
+        let small = [Vec3::new(0.9, 0.1, 0.3), Vec3::new(1.1, 0.7, 0.3), Vec3::new(0.9, 0.2, 0.9)];
         let [a, b, c] = near;
         for corners in [near, [b, c, a], [c, b, a], huge, small] {
             let p = test(corners, exact_solid_angle);
