@@ -22,7 +22,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vastlight_import::Limits;
 use vastlight_math::Vec3;
-use vastlight_scene::{AlphaMode, ColorInput, Environment, Light, Material, ScalarInput, SceneDesc};
+use vastlight_scene::{
+    AlphaMode, ColorInput, Conductor, Environment, Light, Material, ScalarInput, SceneDesc,
+};
 
 /// The parsed file.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -50,6 +52,7 @@ pub struct Overrides {
 struct MaterialOverride {
     base_color: Option<[f32; 3]>,
     alpha: Option<f32>,
+    metal: Option<MeasuredMetal>,
     metallic: Option<f32>,
     roughness: Option<f32>,
     emission: Option<[f32; 3]>,
@@ -69,6 +72,22 @@ struct MaterialOverride {
     iridescence: Option<f32>,
     double_sided: Option<bool>,
     normal_map: Option<bool>,
+}
+
+/// A measured metal by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "String")]
+struct MeasuredMetal(Conductor);
+
+impl TryFrom<String> for MeasuredMetal {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let known = || Conductor::names().collect::<Vec<_>>().join(", ");
+        Conductor::named(&name)
+            .map(Self)
+            .ok_or_else(|| format!("no metal is named \"{name}\", there are {}", known()))
+    }
 }
 
 /// New values of a light.
@@ -222,6 +241,10 @@ impl MaterialOverride {
     fn apply_base(&self, m: &mut Material) {
         set_color(&mut m.base_color, self.base_color);
         set_color(&mut m.emission, self.emission);
+        if let Some(MeasuredMetal(conductor)) = self.metal {
+            m.conductor = Some(conductor);
+            m.metallic = ScalarInput::new(1.0);
+        }
         set_scalar(&mut m.metallic, self.metallic);
         set_scalar(&mut m.roughness, self.roughness);
         set_scalar(&mut m.alpha, self.alpha);
@@ -298,6 +321,15 @@ mod tests {
         assert_eq!(desc.materials[1], Material::new("Steel"));
         let all = apply("[materials.\"*\"]\nmetallic = 1").expect("applied");
         assert!(all.materials.iter().all(|m| m.metallic.factor == 1.0));
+    }
+
+    #[test]
+    fn metals_are_measured_ones() {
+        let desc = apply("[materials.Steel]\nmetal = \"gold\"").expect("applied");
+        assert_eq!(desc.materials[1].conductor, Conductor::named("gold"));
+        assert_eq!(desc.materials[1].metallic, ScalarInput::new(1.0));
+        let message = apply("[materials.Steel]\nmetal = \"cheese\"").expect_err("no metal").to_string();
+        assert!(message.contains("cheese") && message.contains("aluminium"), "{message}");
     }
 
     #[test]

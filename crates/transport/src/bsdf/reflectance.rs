@@ -1,7 +1,7 @@
 //! What the base interface reflects at an angle: a blend of metal and dielectric, with or without a thin film.
 
 use super::iridescence::Film;
-use super::{BsdfParams, color, fresnel, max3, unit};
+use super::{BsdfParams, color, fresnel, max3, positive, unit};
 use vastlight_math::Vec3;
 use vastlight_scene::Conductor;
 
@@ -16,9 +16,10 @@ pub struct Metal {
 }
 
 impl Metal {
-    /// Prepares a measured metal.
+    /// Prepares a measured metal. Indices that are negative or no numbers count as 0.
     #[must_use]
     pub fn new(index: Conductor) -> Self {
+        let index = Conductor { eta: positive(index.eta), k: positive(index.k) };
         const STEPS: usize = 64;
         let mut sum = Vec3::ZERO;
         for i in 0..STEPS {
