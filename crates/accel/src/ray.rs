@@ -54,7 +54,9 @@ impl ScaledRay {
     pub fn new(origin: Vec3, direction: Vec3) -> Option<Self> {
         let largest = direction.abs().max_element();
         let origin_fits = origin.abs().cmple(Vec3::splat(FARTHEST_ORIGIN)).all();
-        if DIRECTION_RANGE.contains(&largest) && origin_fits && direction.is_finite() {
+        // Comparisons without branches; a NaN component fails the second one.
+        let direction_fits = direction.abs().cmple(Vec3::splat(*DIRECTION_RANGE.end())).all();
+        if origin_fits & direction_fits & (largest >= *DIRECTION_RANGE.start()) {
             return Some(Self { origin, direction, t_scale: 1.0 });
         }
         Self::rescaled(origin, direction, origin_fits)

@@ -89,20 +89,17 @@ impl<'a, S: Simd8> Flight<'a, S> {
         (self.floor, self.waiting.depth) = (0, 0);
         let t_min = ray.t_min.max(0.0);
         let in_order = ray.t_min <= ray.t_max && t_min <= ray.t_max;
-        let (Some(root), Some(scaled), true) =
-            (tracer.top.root, ScaledRay::new(ray.origin, ray.direction), in_order)
-        else {
-            return false;
-        };
+        let (Some(root), true) = (tracer.top.root, in_order) else { return false };
         self.ray = Ray { t_min, ..*ray };
         self.current = root;
-        let top = &mut self.stages[TOP];
-        top.t_max = ray.t_max / scaled.t_scale;
-        top.t_scale = scaled.t_scale;
         if root.is_leaf() {
             // A scene of one instance needs no boxes here.
             return self.enter(simd, tracer);
         }
+        let Some(scaled) = ScaledRay::new(ray.origin, ray.direction) else { return false };
+        let top = &mut self.stages[TOP];
+        top.t_max = ray.t_max / scaled.t_scale;
+        top.t_scale = scaled.t_scale;
         let boxes = scaled.for_boxes(tracer.extent, tracer.margin_factor);
         top.nodes = &tracer.top.nodes;
         top.memory = Memory::new(&tracer.top.nodes, &tracer.placed);
