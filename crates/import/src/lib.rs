@@ -4,6 +4,7 @@
 //! luminaire. No input makes these panic; what a file has and vastlight does not support is named in the
 //! [`vastlight_scene::Diagnostics`] of the result.
 
+pub mod decode;
 mod environment;
 mod error;
 mod format;

@@ -1,10 +1,11 @@
-//! Image files to texels: PNG, JPEG, WebP, Radiance HDR, OpenEXR.
+//! Image files to texels: PNG, JPEG, WebP, Radiance HDR, OpenEXR, KTX2.
 
 mod exr;
 
 #[cfg(test)]
 mod tests;
 
+use crate::decode::{KTX2_SIGNATURE, ktx2};
 use crate::{ErrorKind, ImportError, Limits};
 use ::image::{DynamicImage, ImageFormat, ImageReader};
 use std::io::Cursor;
@@ -13,14 +14,18 @@ use vastlight_scene::{Image, Texels};
 /// Decodes an image file in memory; the format is found from its first bytes. `name` goes into the image and into
 /// messages.
 ///
-/// PNG, JPEG and WebP keep their 8 or 16 bits as they are stored; HDR and EXR become linear floats.
+/// PNG, JPEG and WebP keep their 8 or 16 bits as they are stored; HDR and EXR become linear floats; KTX2 as
+/// [`crate::decode::ktx2`] says.
 ///
 /// # Errors
 /// Unknown format, malformed, or beyond the limits.
 pub fn decode_image(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, ImportError> {
+    if bytes.starts_with(KTX2_SIGNATURE) {
+        return ktx2(bytes, name, limits);
+    }
     let Some(format) = format_of(bytes) else {
         let error = ImportError::new(ErrorKind::UnknownFormat, "unknown image format", name);
-        return Err(error.with_hint("vastlight reads PNG, JPEG, WebP, HDR and EXR"));
+        return Err(error.with_hint("vastlight reads PNG, JPEG, WebP, HDR, EXR and KTX2"));
     };
     match format {
         ImageFormat::OpenExr => exr::decode(bytes, name, limits),
