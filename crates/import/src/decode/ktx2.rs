@@ -33,6 +33,11 @@ pub fn ktx2(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, ImportEr
     // Blocks of up to 12 x 12 texels are decoded whole.
     let padded = |side: u32| u64::from(side).next_multiple_of(12);
     limits.check_image(padded(width), padded(height), 16, name)?;
+    // A level is inflated whole, with all layers and faces: at most a byte for a texel of blocks.
+    let images = u64::from(field(32)?.max(1)).saturating_mul(u64::from(field(36)?.max(1)));
+    let level_bytes = u64::from(field(96)?) | u64::from(field(100)?) << 32;
+    let most = (padded(width) * padded(height)).saturating_mul(images).min(limits.decoded_bytes);
+    limits.check_count(level_bytes, most, "bytes of the largest level", name)?;
     guarded(name, || decode(bytes, name)).map_err(|error| match vk_format {
         0 => error,
         other => ImportError::unsupported(format!("KTX2 textures of VkFormat {other} are not decoded"), name)

@@ -45,6 +45,7 @@ fn other_formats_and_sizes_are_named() {
     assert!(with(12, 145).what.contains("VkFormat 145"));
     assert_eq!(with(20, 1 << 30).kind, crate::ErrorKind::Limit);
     assert!(with(28, 2).what.contains("volume"));
+    assert_eq!(with(100, 1).kind, crate::ErrorKind::Limit, "a level that inflates to 4 GiB");
     assert!(decode(b"no texture").is_err());
 }
 
