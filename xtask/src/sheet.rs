@@ -3,6 +3,7 @@
 //! The collection is a folder with `LICENSES.tsv` (path, bytes, licence, source, note); it is not part of the project.
 //! Thumbnails go to docs/gallery/models, the overview and the failures to target/sheet.
 
+use crate::gallery::keep;
 use crate::process::{cargo, root, step};
 use image::{RgbImage, imageops};
 use std::path::{Path, PathBuf};
@@ -27,8 +28,7 @@ pub(crate) fn run() -> Result<(), String> {
     for model in FOLDERS.iter().flat_map(|f| models_below(&Path::new(&folder).join(f))) {
         match render(&model, &scratch) {
             Ok(picture) => {
-                let target = thumbnails.join(format!("{}.jpg", stem(&model)));
-                picture.save(&target).map_err(|e| format!("{}: {e}", target.display()))?;
+                keep(&picture, &thumbnails.join(format!("{}.jpg", stem(&model))))?;
                 pictures.push(picture);
             }
             Err(message) => eprintln!("{message}"),
@@ -57,7 +57,7 @@ fn stem(model: &Path) -> String {
     model.file_stem().unwrap_or_default().to_string_lossy().replace(' ', "_")
 }
 
-fn render(model: &Path, scratch: &Path) -> Result<RgbImage, String> {
+fn render(model: &Path, scratch: &Path) -> Result<PathBuf, String> {
     let target = scratch.join(format!("{}.png", stem(model)));
     let output = Command::new(root().join("target/release/vastlight"))
         .args(["render".as_ref(), model.as_os_str(), "-o".as_ref(), target.as_os_str()])
@@ -72,20 +72,16 @@ fn render(model: &Path, scratch: &Path) -> Result<RgbImage, String> {
             String::from_utf8_lossy(&output.stderr)
         ));
     }
-    Ok(image::open(&target).map_err(|e| format!("{}: {e}", target.display()))?.to_rgb8())
+    Ok(target)
 }
 
-fn overview_of(pictures: &[RgbImage]) -> RgbImage {
+fn overview_of(pictures: &[PathBuf]) -> RgbImage {
     let rows = (pictures.len() as u32).div_ceil(COLUMNS).max(1);
     let mut sheet = RgbImage::new(COLUMNS * WIDTH, rows * HEIGHT);
-    for (i, picture) in pictures.iter().enumerate() {
-        let i = i as u32;
-        imageops::replace(
-            &mut sheet,
-            picture,
-            i64::from(i % COLUMNS * WIDTH),
-            i64::from(i / COLUMNS * HEIGHT),
-        );
+    for (i, picture) in (0_u32..).zip(pictures) {
+        let Ok(picture) = image::open(picture) else { continue };
+        let (x, y) = (i % COLUMNS * WIDTH, i / COLUMNS * HEIGHT);
+        imageops::replace(&mut sheet, &picture.to_rgb8(), i64::from(x), i64::from(y));
     }
     sheet
 }
