@@ -31,6 +31,8 @@ pub(super) struct Data<'a> {
     accessors: Vec<Option<Accessor>>,
     views: Vec<Option<View>>,
     buffers: Buffers<'a>,
+    /// Decompressed views; where one is `Some`, it stands for the view's own bytes.
+    decoded: Vec<Option<Vec<u8>>>,
 }
 
 impl<'a> Data<'a> {
@@ -40,7 +42,18 @@ impl<'a> Data<'a> {
             accessors: root.list("accessors").iter().map(Accessor::read).collect(),
             views: root.list("bufferViews").iter().map(View::read).collect(),
             buffers,
+            decoded: Vec::new(),
         }
+    }
+
+    /// Replaces the bytes of views by decompressed ones.
+    pub(super) fn set_decoded(&mut self, decoded: Vec<Option<Vec<u8>>>) {
+        self.decoded = decoded;
+    }
+
+    /// Most bytes of geometry that are made from the file: some times its size, and always room for a small one.
+    pub(super) fn geometry_budget(&self) -> u64 {
+        (256 << 20) + self.buffers.total().saturating_mul(64)
     }
 
     /// The buffers.
@@ -70,6 +83,9 @@ impl<'a> Data<'a> {
 
     /// The bytes of a view.
     pub(super) fn view_bytes(&self, index: usize) -> Result<&[u8], Fault> {
+        if let Some(bytes) = self.decoded.get(index).and_then(Option::as_deref) {
+            return Ok(bytes);
+        }
         let place = || format!("/bufferViews/{index}");
         let view =
             self.view(index).ok_or_else(|| Fault::new("the buffer view is not well-formed", place(), ""))?;
@@ -213,8 +229,19 @@ impl<'a> Overrides<'a> {
 }
 
 impl<'a> Source<'a> {
+    /// Elements that stand one after the other; `None` if there are fewer bytes than the accessor says.
+    pub(super) fn packed(accessor: Accessor, bytes: &'a [u8]) -> Option<Self> {
+        let stride = accessor.element_size();
+        check_span(bytes.len(), accessor.count, stride, accessor.tight_size())?;
+        Some(Self { accessor, base: Some(Base { bytes, stride }), overrides: None })
+    }
+
     /// Elements as floats; `None` if memory does not suffice.
-    fn floats<const N: usize>(&self, fill: f32, selection: Option<&[u32]>) -> Option<Vec<[f32; N]>> {
+    pub(super) fn floats<const N: usize>(
+        &self,
+        fill: f32,
+        selection: Option<&[u32]>,
+    ) -> Option<Vec<[f32; N]>> {
         let n = self.accessor.normalized;
         match self.accessor.component {
             Component::I8 => self.decode(fill, selection, |x: i8| x.float(n)),
@@ -227,7 +254,7 @@ impl<'a> Source<'a> {
     }
 
     /// Elements as whole numbers; negative and fractional ones become 0. `None` if memory does not suffice.
-    fn whole<const N: usize>(&self, selection: Option<&[u32]>) -> Option<Vec<[u32; N]>> {
+    pub(super) fn whole<const N: usize>(&self, selection: Option<&[u32]>) -> Option<Vec<[u32; N]>> {
         match self.accessor.component {
             Component::I8 => self.decode(0, selection, |x: i8| u32::try_from(x).unwrap_or(0)),
             Component::U8 => self.decode(0, selection, |x: u8| u32::from(x)),

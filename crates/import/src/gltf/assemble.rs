@@ -30,9 +30,10 @@ pub(super) fn assemble(
     let shapes = place_meshes(root, data, &placed, &mut desc, findings);
     place_cameras_and_lights(root, &placed, &mut desc);
     let default_material = read_materials(root, data, directory, options, &mut desc, findings);
-    let budget = AtomicU64::new(geometry_budget(data));
+    let budget = AtomicU64::new(data.geometry_budget());
     let joints = pose_skins(root, data, &placed, &shapes);
-    let context = Context { root, data, default_material, joints: &joints, budget: &budget };
+    let limits = &options.limits;
+    let context = Context { root, data, default_material, joints: &joints, limits, budget: &budget };
     let built: Vec<(Mesh, Findings)> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();
     for (mesh, found) in built {
         findings.append(found);
@@ -64,11 +65,6 @@ fn pose_skins(
     let skins: BTreeSet<usize> = shapes.iter().filter_map(|shape| shape.skin).collect();
     let pose = |skin: usize| (skin, skin::joint_matrices(&root.list("skins")[skin], data, &world_from_node));
     skins.into_iter().map(pose).collect()
-}
-
-/// Most bytes of geometry that are made from a file: some times its size, and always room for a small one.
-fn geometry_budget(data: &Data<'_>) -> u64 {
-    (256 << 20) + data.buffers().total().saturating_mul(64)
 }
 
 /// Most copies that EXT_mesh_gpu_instancing makes: what the file has bytes for, and always some.

@@ -13,7 +13,9 @@ pub(super) enum Support {
 
 const TABLE: &[(&str, Support)] = &[
     ("EXT_mesh_gpu_instancing", Support::Full),
+    ("EXT_meshopt_compression", Support::Full),
     ("EXT_texture_webp", Support::Full),
+    ("KHR_draco_mesh_compression", Support::Full),
     ("KHR_lights_punctual", Support::Full),
     ("KHR_materials_anisotropy", Support::Full),
     ("KHR_materials_clearcoat", Support::Full),
@@ -28,7 +30,9 @@ const TABLE: &[(&str, Support)] = &[
     ("KHR_materials_variants", Support::Partial("only the default materials are shown")),
     ("KHR_materials_volume", Support::Full),
     ("KHR_mesh_quantization", Support::Full),
+    ("KHR_meshopt_compression", Support::Full),
     ("KHR_node_visibility", Support::Full),
+    ("KHR_texture_basisu", Support::Full),
     ("KHR_texture_transform", Support::Full),
     ("KHR_xmp", Support::Full),
     ("KHR_xmp_json_ld", Support::Full),

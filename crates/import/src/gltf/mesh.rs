@@ -1,11 +1,13 @@
 //! A glTF mesh with its primitives becomes one mesh with parts.
 
 use super::accessor::{Data, Fault};
+use super::draco::FromDraco;
 use super::findings::Findings;
 use super::json::Json;
 use super::primitive::{self, Corners, FromAccessors, Surface};
 use super::topology::Mode;
 use super::{morph, skin};
+use crate::Limits;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use vastlight_math::{Affine3, Vec2, Vec3, Vec4};
@@ -20,6 +22,8 @@ pub(super) struct Context<'a> {
     pub(super) default_material: u32,
     /// World space from bind pose for each joint of each skin in use.
     pub(super) joints: &'a BTreeMap<usize, Vec<Affine3>>,
+    /// Bounds on what decoders make.
+    pub(super) limits: &'a Limits,
     /// Bytes of geometry that may still be made.
     pub(super) budget: &'a AtomicU64,
 }
@@ -83,25 +87,45 @@ fn surface_of(
     mode: Mode,
     place: &str,
 ) -> Result<Surface, Fault> {
-    let data = context.data;
-    let positions = primitive.at("attributes").index("POSITION").and_then(|i| data.accessor(i));
-    let Some(count) = positions.map(|accessor| accessor.count) else { return Ok(Surface::default()) };
-    let indices = primitive.index("indices").map(|i| data.whole::<1>(i)).transpose()?.map(Vec::into_flattened);
-    // At least a position for each vertex, before memory is taken for it.
-    let most_vertices = indices.as_ref().map_or(count, |indices| indices.len().min(count));
-    take_budget(context.budget, (most_vertices as u64).saturating_mul(12), place)?;
-    let corners = Corners::new(indices, count, place)?;
-    let selection = corners.selection.as_deref();
-    let attributes = FromAccessors { data, primitive, selection };
-    let mut surface = primitive::read(&attributes, mode, &corners.vertices, place)?;
-    take_budget(context.budget, bytes_of(&surface), place)?;
+    let (mut surface, selection) = match FromDraco::read(context.data, primitive, context.limits, place)? {
+        Some(source) => (read_draco(context, &source, place)?, None),
+        None => read_accessors(context, primitive, mode, place)?,
+    };
     let weights: Vec<f32> = shape.weights.iter().map(|&bits| f32::from_bits(bits)).collect();
-    morph::apply(&mut surface, primitive, &weights, data, selection)?;
+    morph::apply(&mut surface, primitive, &weights, context.data, selection.as_deref())?;
     if let Some(joints) = shape.skin.and_then(|skin| context.joints.get(&skin)) {
         skin::apply(&mut surface, joints);
     }
     finish(&mut surface);
     Ok(surface)
+}
+
+fn read_draco(context: &Context<'_>, source: &FromDraco<'_>, place: &str) -> Result<Surface, Fault> {
+    let surface = primitive::read(source, Mode::Triangles, &source.corners(), place)?;
+    take_budget(context.budget, bytes_of(&surface), place)?;
+    Ok(surface)
+}
+
+/// Reads a primitive from accessors; also returns which vertices were read, if not all.
+fn read_accessors(
+    context: &Context<'_>,
+    primitive: &Json<'_>,
+    mode: Mode,
+    place: &str,
+) -> Result<(Surface, Option<Vec<u32>>), Fault> {
+    let data = context.data;
+    let positions = primitive.at("attributes").index("POSITION").and_then(|i| data.accessor(i));
+    let Some(count) = positions.map(|accessor| accessor.count) else { return Ok((Surface::default(), None)) };
+    let indices =
+        primitive.index("indices").map(|i| data.whole::<1>(i)).transpose()?.map(Vec::into_flattened);
+    // At least a position for each vertex, before memory is taken for it.
+    let most_vertices = indices.as_ref().map_or(count, |indices| indices.len().min(count));
+    take_budget(context.budget, (most_vertices as u64).saturating_mul(12), place)?;
+    let corners = Corners::new(indices, count, place)?;
+    let attributes = FromAccessors { data, primitive, selection: corners.selection.as_deref() };
+    let surface = primitive::read(&attributes, mode, &corners.vertices, place)?;
+    take_budget(context.budget, bytes_of(&surface), place)?;
+    Ok((surface, corners.selection))
 }
 
 /// Unit normals and tangents. Tangents without normals do not count; the scene derives missing ones.

@@ -1,7 +1,7 @@
 //! glTF 2.0 and GLB.
 //!
 //! The way of the data: `container` splits the file, `json` parses the text, `validate` checks the document against
-//! the specification, `buffers` and `accessor` give typed arrays, `mesh` (with `primitive`, `topology`), `material`
+//! the specification, `buffers`, `meshopt` and `accessor` give typed arrays, `mesh` (with `primitive`, `topology`), `material`
 //! (with `texture`, `image`), `camera` and `light` turn the parts into the scene's, and `assemble` walks the nodes.
 
 mod accessor;
@@ -9,6 +9,7 @@ mod assemble;
 mod buffers;
 mod camera;
 mod container;
+mod draco;
 mod extensions;
 mod findings;
 mod image;
@@ -16,6 +17,7 @@ mod json;
 mod light;
 mod material;
 mod mesh;
+mod meshopt;
 mod model;
 mod morph;
 mod node;
@@ -82,11 +84,13 @@ fn parse(bytes: &[u8], path: &Path, options: &LoadOptions, findings: &mut Findin
     let sources =
         buffers::Sources { bin: container.bin, is_glb: container.is_glb, directory, limits: &options.limits };
     let buffers = buffers::load(&root, &sources, findings);
-    let data = accessor::Data::new(&root, buffers);
+    let mut data = accessor::Data::new(&root, buffers);
     validate::check_rules(&root, &data, findings);
     if findings.has_errors() {
         return None;
     }
+    let decoded = meshopt::decode_views(&root, &data, &options.limits, findings);
+    data.set_decoded(decoded);
     validate::check_data(&root, &data, findings);
     Some(assemble::assemble(&root, &data, directory, options, findings))
 }

@@ -90,11 +90,13 @@ impl Builder {
         self.accessor(&bytes, 5123, "SCALAR", indices.len())
     }
 
-    /// The file as GLB.
+    /// The file as GLB; its binary chunk is buffer 0, the document's own buffers follow.
     pub(super) fn glb(&self) -> Vec<u8> {
         let mut document = self.json.clone();
         if !self.bin.is_empty() {
-            document["buffers"] = json!([{"byteLength": self.bin.len()}]);
+            let mut buffers = vec![json!({"byteLength": self.bin.len()})];
+            buffers.extend(self.json["buffers"].as_array().into_iter().flatten().cloned());
+            document["buffers"] = json!(buffers);
         }
         let object = document.as_object_mut().expect("an object");
         object.retain(|_, value| value.as_array().is_none_or(|list| !list.is_empty()));
