@@ -62,7 +62,7 @@ const DEMOS: &[Demo] = &[
     Demo { name: "still-life", sizes: None, make: still_life::still_life },
     Demo {
         name: "terrain",
-        sizes: Some(Sizes { least: 1_000, most: 4_000_000_000 }),
+        sizes: Some(Sizes { least: 10_000, most: 4_000_000_000 }),
         make: terrain::terrain,
     },
 ];
