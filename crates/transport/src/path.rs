@@ -16,6 +16,9 @@ const VERTEX_DIMENSIONS: u32 = 5;
 /// Segments after which roulette may end a path.
 const ROULETTE_DEPTH: u32 = 4;
 
+/// Panes that a path passes without counting; the rest count as segments, so that no path is endless.
+const MAX_PANES: u32 = 32;
+
 /// Roulette lets a path live with at most this probability, so that no path is endless.
 const ROULETTE_MAX: f32 = 0.95;
 
@@ -63,7 +66,9 @@ impl VertexRandom {
 impl Shade for PathTracing {
     fn shade(&self, at: ShadeInput<'_>, path: &mut PathState, shadows: &mut ShadowQueue) -> Option<Ray> {
         let ShadeInput { context, depth, ray, hit, sample } = at;
-        let visible = depth <= context.settings.max_depth;
+        // Going straight through a pane is no new segment: shadow rays, which do the same, have none either.
+        let length = depth - path.panes;
+        let visible = length <= context.settings.max_depth;
         if !hit.is_hit() {
             if visible {
                 sample.radiance += background(context, path, ray.direction);
@@ -84,14 +89,14 @@ impl Shade for PathTracing {
             let seen = seen_from(path, context, &vertex, &hit);
             sample.radiance += path.throughput * emission * seen;
         }
-        // Direct light may still be on its way through panes.
-        let only_straight = self.direct_only && path.scattered;
-        if depth >= context.settings.max_depth || (only_straight && !bsdf.is_pane()) {
+        // At its end a path may still be on its way through panes, to the light that shadow rays see through them.
+        let ends = length >= context.settings.max_depth || (self.direct_only && path.scattered);
+        if ends && !bsdf.is_pane() {
             return None;
         }
         let random = VertexRandom::new(path.sampler, depth);
         let light_normal = if bsdf.transmits() { Vec3::ZERO } else { vertex.facing_normal() };
-        if bsdf.has_nondelta() && !only_straight {
+        if bsdf.has_nondelta() && !ends {
             let key = path.shadow_key(depth);
             let connection = connect(context, &vertex, &bsdf, path, light_normal, &random);
             if let Some((shadow_ray, radiance)) = connection {
@@ -99,10 +104,12 @@ impl Shade for PathTracing {
             }
         }
         let (next, straight) = continue_path(&vertex, &bsdf, path, &random)?;
-        if only_straight && !straight {
+        if ends && !straight {
             return None;
         }
-        if !straight {
+        if straight {
+            path.panes += u32::from(path.panes < MAX_PANES);
+        } else {
             path.origin = vertex.surface.position;
             path.normal = light_normal;
         }

@@ -32,6 +32,8 @@ pub(crate) struct PathState {
     pub(crate) eta_squared: f32,
     /// Volumes around the path.
     pub(crate) media: MediumStack,
+    /// Panes that the path has gone straight through.
+    pub(crate) panes: u32,
     /// Whether the path has scattered at a surface that is not perfectly specular.
     pub(crate) scattered: bool,
     /// Whether the path has been bent by a dispersive medium, and carries one wavelength since.
@@ -50,6 +52,7 @@ impl PathState {
             pdf: 0.0,
             eta_squared: 1.0,
             media: MediumStack::EMPTY,
+            panes: 0,
             scattered: false,
             dispersed: false,
         }
