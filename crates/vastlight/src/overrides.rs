@@ -7,6 +7,7 @@
 //!
 //! [lights.Lamp]
 //! intensity = [50.0, 45.0, 40.0]
+//! ies = "downlight.ies"       # beside this file
 //!
 //! [environment]
 //! map = "studio.hdr"          # beside this file; or color = [r, g, b], or sun = [azimuth, elevation]
@@ -20,10 +21,12 @@ use crate::{Error, environment};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use vastlight_import::Limits;
 use vastlight_math::Vec3;
 use vastlight_scene::{
-    AlphaMode, ColorInput, Conductor, Environment, Light, Material, ScalarInput, SceneDesc,
+    AlphaMode, ColorInput, Conductor, Diagnostics, Environment, IesProfile, Light, Material, ScalarInput,
+    SceneDesc,
 };
 
 /// The parsed file.
@@ -98,6 +101,8 @@ struct LightOverride {
     intensity: Option<[f32; 3]>,
     /// Multiplies the intensity.
     scale: Option<f32>,
+    /// An IES file whose distribution, with its peak at 1, multiplies the intensity of a point or spot light.
+    ies: Option<PathBuf>,
 }
 
 /// New values of the environment.
@@ -143,12 +148,26 @@ impl Overrides {
             self.apply_by_name("material", name, &mut desc.materials, |m| &m.name, |m| change.apply(m))?;
         }
         for (name, change) in all_first(&self.lights) {
-            self.apply_by_name("light", name, &mut desc.lights, |l| &l.name, |l| change.apply(l))?;
+            let profile = self.profile(change, &mut desc.diagnostics, limits)?;
+            let apply = |light: &mut Light| change.apply(light, profile.as_ref());
+            self.apply_by_name("light", name, &mut desc.lights, |l| &l.name, apply)?;
         }
         match &self.environment {
             Some(change) => self.apply_environment(change, desc, limits),
             None => Ok(()),
         }
+    }
+
+    /// The measured distribution that a change asks for.
+    fn profile(
+        &self,
+        change: &LightOverride,
+        found: &mut Diagnostics,
+        limits: &Limits,
+    ) -> Result<Option<Arc<IesProfile>>, Error> {
+        let Some(path) = &change.ies else { return Ok(None) };
+        let profile = vastlight_import::load_ies(&self.folder.join(path), limits, found)?;
+        Ok(Some(Arc::new(profile)))
     }
 
     /// Applies `change` to every entry of that name.
@@ -276,7 +295,10 @@ impl MaterialOverride {
 }
 
 impl LightOverride {
-    fn apply(&self, light: &mut Light) {
+    fn apply(&self, light: &mut Light, profile: Option<&Arc<IesProfile>>) {
+        if let Some(profile) = profile {
+            light.profile = Some(Arc::clone(profile));
+        }
         set(&mut light.intensity, self.intensity.map(Vec3::from_array));
         light.intensity *= self.scale.unwrap_or(1.0);
     }
@@ -339,6 +361,29 @@ mod tests {
         let desc = apply("[environment]\nsun = [90, 30]\nstrength = 0.5").expect("applied");
         let Some(Environment::Sky(sky)) = desc.environment else { panic!("no sky") };
         assert!((sky.sun_elevation - 30_f32.to_radians()).abs() < 1e-6 && sky.strength == 0.5);
+    }
+
+    #[test]
+    fn lights_take_measured_distributions() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("lamp.ies");
+        let text = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 3 1 1 2 0 0 0\n1 1 50\n0 45 90\n0\n200 100 0\n";
+        std::fs::write(&file, text).expect("written");
+        let mut desc = scene();
+        desc.lights.push(Light {
+            name: "Lamp".into(),
+            kind: vastlight_scene::LightKind::Point,
+            world_from_light: vastlight_math::Affine3::IDENTITY,
+            intensity: Vec3::ONE,
+            range: f32::INFINITY,
+            profile: None,
+        });
+        let text = |name: &str| format!("[lights.Lamp]\nies = '{}'", folder.path().join(name).display());
+        let change = Overrides::parse(&text("lamp.ies"), "o.toml").expect("parsed");
+        change.apply(&mut desc, &Limits::default()).expect("applied");
+        assert_eq!(desc.lights[0].profile.as_ref().map(|p| p.peak_candela), Some(200.0));
+        let missing = Overrides::parse(&text("none.ies"), "o.toml").expect("parsed");
+        assert!(missing.apply(&mut desc, &Limits::default()).is_err());
     }
 
     #[test]
