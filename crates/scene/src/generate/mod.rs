@@ -58,11 +58,11 @@ const DEMOS: &[Demo] = &[
     Demo { name: "city", sizes: Some(Sizes { least: 200_000, most: 20_000_000_000 }), make: city::city },
     Demo { name: "cornell", sizes: None, make: cornell::cornell },
     Demo { name: "plant", sizes: Some(Sizes { least: 400_000, most: 1_000_000_000 }), make: plant::plant },
-    Demo { name: "statue", sizes: Some(Sizes { least: 5_000, most: 4_000_000_000 }), make: statue::statue },
+    Demo { name: "statue", sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }), make: statue::statue },
     Demo { name: "still-life", sizes: None, make: still_life::still_life },
     Demo {
         name: "terrain",
-        sizes: Some(Sizes { least: 10_000, most: 4_000_000_000 }),
+        sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
         make: terrain::terrain,
     },
 ];

@@ -22,11 +22,11 @@ pub(super) fn terrain(options: &GenerateOptions) -> SceneDesc {
     b.desc.meshes.push(mesh(triangles, ground, options.seed as u32));
     b.place(0, Affine3::IDENTITY);
     b.desc.environment = Some(Environment::Sky(Sky {
-        sun_azimuth: -1.25,
-        sun_elevation: 0.42,
+        sun_azimuth: 1.95,
+        sun_elevation: 0.40,
         turbidity: 2.6,
         ground_albedo: Vec3::new(0.2, 0.19, 0.17),
-        strength: 1.4,
+        strength: 3.0,
         sun_disc: true,
     }));
     b.desc.cameras.push(camera(options.seed as u32));

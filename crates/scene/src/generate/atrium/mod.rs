@@ -49,11 +49,11 @@ pub(super) fn atrium(options: &GenerateOptions) -> SceneDesc {
         sun_azimuth: -0.95,
         sun_elevation: 0.72,
         turbidity: 3.0,
-        strength: 2.6,
+        strength: 4.5,
         ground_albedo: Vec3::new(0.28, 0.25, 0.21),
         ..Sky::default()
     }));
-    let (eye, target) = (Vec3::new(-2.3, 2.3, 10.6), Vec3::new(0.9, 6.4, -20.0));
+    let (eye, target) = (Vec3::new(-2.3, 2.3, 10.6), Vec3::new(0.9, 6.9, -20.0));
     b.desc.cameras.push(Camera::look_at("hall", eye, target, 58_f32.to_radians()));
     b.desc
 }

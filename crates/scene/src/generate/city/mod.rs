@@ -24,11 +24,11 @@ pub(super) fn city(options: &GenerateOptions) -> SceneDesc {
     blocks::bollards(&mut site);
     let mut desc = site.b.desc;
     desc.environment = Some(Environment::Sky(Sky {
-        sun_azimuth: -0.85,
-        sun_elevation: 0.38,
+        sun_azimuth: -2.25,
+        sun_elevation: 0.52,
         turbidity: 3.5,
         ground_albedo: Vec3::splat(0.22),
-        strength: 1.3,
+        strength: 2.0,
         sun_disc: true,
     }));
     let (eye, target) = (Vec3::new(36.0, 27.0, 96.0), Vec3::new(31.0, 12.0, 0.0));

@@ -47,7 +47,7 @@ pub(super) fn plant(options: &GenerateOptions) -> SceneDesc {
         sun_azimuth: -0.75,
         sun_elevation: 0.85,
         turbidity: 4.0,
-        strength: 3.0,
+        strength: 6.0,
         ..Sky::default()
     }));
     let (eye, target) = (Vec3::new(-0.25, 4.25, 12.6), Vec3::new(0.6, 5.2, -16.0));
@@ -83,6 +83,6 @@ fn finishes(b: &mut Builder, seed: u64) -> Finishes {
         copper: b.material(Material::metal("copper", Vec3::new(0.86, 0.50, 0.34), 0.22)),
         pipes: [red, green, yellow, blue, jacket, steel],
         rubber: b.material(stone("cable", srgb(0x1c1c1e), 0.6)),
-        lamp: b.material(Material::emitter("lamp", Vec3::new(1.0, 0.86, 0.66) * 16.0, false)),
+        lamp: b.material(Material::emitter("lamp", Vec3::new(1.0, 0.86, 0.66) * 70.0, false)),
     }
 }

@@ -103,8 +103,8 @@ fn ears(q: Vec3) -> f32 {
 fn shoulders(q: Vec3) -> f32 {
     let yoke = stick(q, Vec3::new(0.0, 0.085, -0.06), Vec3::new(0.155, 0.045, -0.065), 0.058, 0.052);
     let chest = ellipsoid(q, Vec3::new(0.06, 0.02, 0.0), Vec3::new(0.11, 0.085, 0.085));
-    let collar = stick(q, Vec3::new(0.012, 0.092, 0.03), Vec3::new(0.14, 0.098, -0.03), 0.009, 0.009);
-    let cord = stick(q, Vec3::new(0.016, 0.105, 0.02), Vec3::new(0.062, 0.285, -0.035), 0.014, 0.016);
+    let collar = stick(q, Vec3::new(0.026, 0.092, 0.03), Vec3::new(0.14, 0.098, -0.03), 0.009, 0.009);
+    let cord = stick(q, Vec3::new(0.030, 0.105, 0.016), Vec3::new(0.062, 0.285, -0.035), 0.014, 0.016);
     join(join(join(yoke, chest, 0.06), collar, 0.03), cord, 0.025)
 }
 

@@ -30,8 +30,8 @@ pub(super) fn statue(options: &GenerateOptions) -> SceneDesc {
 }
 
 fn camera() -> Camera {
-    let (eye, target) = (Vec3::new(0.3, 1.52, 1.75), Vec3::new(0.02, 1.34, 0.0));
-    let fov = 30_f32.to_radians();
+    let (eye, target) = (Vec3::new(0.3, 1.52, 1.75), Vec3::new(0.02, 1.36, 0.0));
+    let fov = 25_f32.to_radians();
     let mut camera = Camera::look_at("gallery", eye, target, fov);
     camera.projection = Projection::Perspective {
         vertical_fov: fov,
@@ -123,10 +123,10 @@ fn hall(b: &mut Builder, seed: u32) {
     let rail = solids::beveled_box(Vec3::new(9.0, 0.16, 0.05), 0.012).at(0.0, 0.08, -2.28);
     let white = b.material(stone("skirting", srgb(0xe6e0d4), 0.5));
     b.object("skirting", white, &rail);
-    let key = b.material(crate::Material::emitter("skylight", Vec3::new(1.0, 0.95, 0.88) * 30.0, false));
+    let key = b.material(crate::Material::emitter("skylight", Vec3::new(1.0, 0.95, 0.88) * 44.0, false));
     let lamp = super::caustic_sphere::square_lamp(Vec3::new(-1.9, 3.3, 1.2), Vec3::new(0.0, 1.4, 0.0), 1.0);
     b.object("skylight", key, &lamp);
-    let rim = b.material(crate::Material::emitter("rim light", Vec3::new(1.0, 0.78, 0.55) * 30.0, false));
+    let rim = b.material(crate::Material::emitter("rim light", Vec3::new(1.0, 0.78, 0.55) * 44.0, false));
     let lamp = super::caustic_sphere::square_lamp(Vec3::new(1.9, 2.5, -1.5), Vec3::new(0.0, 1.5, 0.0), 0.5);
     b.object("rim light", rim, &lamp);
     b.desc.environment = Some(Environment::Constant(Vec3::new(0.055, 0.06, 0.07)));

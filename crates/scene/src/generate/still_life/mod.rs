@@ -28,9 +28,9 @@ pub(super) fn still_life(options: &GenerateOptions) -> SceneDesc {
 
 fn camera() -> Camera {
     let (eye, target) = (Vec3::new(0.05, 0.34, 0.98), Vec3::new(0.0, 0.078, -0.03));
-    let mut camera = Camera::look_at("table", eye, target, 22.5_f32.to_radians());
+    let mut camera = Camera::look_at("table", eye, target, 20.5_f32.to_radians());
     camera.projection = Projection::Perspective {
-        vertical_fov: 22.5_f32.to_radians(),
+        vertical_fov: 20.5_f32.to_radians(),
         lens_radius: 0.004,
         focus_distance: (Vec3::new(0.0, 0.02, 0.07) - eye).dot((target - eye).normalize()),
     };
@@ -71,10 +71,10 @@ fn room(b: &mut Builder, seed: u64) {
 
 /// The small key lamp behind the things, and a large dim window to the right.
 fn lamps(b: &mut Builder) {
-    let key = b.material(Material::emitter("key lamp", Vec3::new(1.0, 0.83, 0.62) * 620.0, false));
+    let key = b.material(Material::emitter("key lamp", Vec3::new(1.0, 0.83, 0.62) * 820.0, false));
     let at = Vec3::new(-0.62, 0.86, -0.42);
     b.object("key lamp", key, &disc(at, Vec3::new(0.0, 0.0, 0.02), 0.055));
-    let window = b.material(Material::emitter("window", Vec3::new(0.72, 0.85, 1.0) * 7.0, false));
+    let window = b.material(Material::emitter("window", Vec3::new(0.72, 0.85, 1.0) * 9.0, false));
     let center = Vec3::new(1.25, 0.75, 0.5);
     let frame = Frame::from_z_and_tangent((Vec3::new(0.0, 0.1, 0.0) - center).normalize(), Vec3::Z);
     let mut panes = Shape::default();
@@ -159,7 +159,7 @@ fn lemons(b: &mut Builder, seed: u64) {
         72,
     );
     let pitted = super::shape::displaced(lemon, |p| {
-        0.00035 * super::noise::noise(p * 620.0, seed) + 0.0012 * super::noise::noise(p * 42.0, seed + 1)
+        0.00035 * super::noise::noise(p * 820.0, seed) + 0.0012 * super::noise::noise(p * 42.0, seed + 1)
     });
     for (at, lean, turn) in
         [(Vec3::new(-0.215, 0.0275, 0.065), 1.45, 0.5), (Vec3::new(-0.262, 0.0272, 0.005), 1.6, 2.2)]
