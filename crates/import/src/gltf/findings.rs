@@ -75,7 +75,11 @@ impl Findings {
     }
 
     /// Moves everything to `out`; `file` goes before each place.
-    pub(super) fn report(self, file: &str, out: &mut Diagnostics) {
+    pub(super) fn report(mut self, file: &str, out: &mut Diagnostics) {
+        let first_error = self.list.iter_mut().find(|f| f.diagnostic.severity == Severity::Error);
+        if let Some(Finding { diagnostic, .. }) = first_error.filter(|f| f.diagnostic.hint.is_empty()) {
+            diagnostic.hint = "export the file again; `vastlight validate` lists all findings".into();
+        }
         for Finding { mut diagnostic, .. } in self.list {
             diagnostic.place = match diagnostic.place.as_str() {
                 "" => file.to_owned(),

@@ -116,11 +116,12 @@ fn read_accessors(
     let data = context.data;
     let positions = primitive.at("attributes").index("POSITION").and_then(|i| data.accessor(i));
     let Some(count) = positions.map(|accessor| accessor.count) else { return Ok((Surface::default(), None)) };
-    let indices =
-        primitive.index("indices").map(|i| data.whole::<1>(i)).transpose()?.map(Vec::into_flattened);
-    // At least a position for each vertex, before memory is taken for it.
-    let most_vertices = indices.as_ref().map_or(count, |indices| indices.len().min(count));
-    take_budget(context.budget, (most_vertices as u64).saturating_mul(12), place)?;
+    let index_accessor = primitive.index("indices");
+    let corner_count = index_accessor.and_then(|i| data.accessor(i)).map_or(count, |accessor| accessor.count);
+    // At least a position for each vertex and an index for each corner, before memory is taken for them.
+    let least = (corner_count.min(count) as u64).saturating_mul(12).saturating_add(corner_count as u64 * 4);
+    take_budget(context.budget, least, place)?;
+    let indices = index_accessor.map(|i| data.whole::<1>(i)).transpose()?.map(Vec::into_flattened);
     let corners = Corners::new(indices, count, place)?;
     let attributes = FromAccessors { data, primitive, selection: corners.selection.as_deref() };
     let surface = primitive::read(&attributes, mode, &corners.vertices, place)?;

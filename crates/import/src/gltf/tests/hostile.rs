@@ -46,6 +46,18 @@ fn a_file_cut_off_anywhere_is_an_error() {
     }
 }
 
+#[test]
+fn long_chains_are_checked_in_no_time() {
+    // Every node is a joint, has a skin, and refers back to the first node.
+    let mut builder = rich();
+    let count = 30_000;
+    let node =
+        |i: usize| json!({"mesh": 0, "skin": 0, "translation": [0, 0, 0], "children": [(i + 1) % count, 0]});
+    builder.json["nodes"] = json!((0..count).map(node).collect::<Vec<_>>());
+    builder.json["skins"] = json!([{"joints": (0..count).collect::<Vec<_>>(), "skeleton": 7}]);
+    assert!(builder.error().contains("/nodes/"));
+}
+
 /// All places of a document.
 fn places(json: &Value, place: &str, all: &mut Vec<String>) {
     all.push(place.to_owned());

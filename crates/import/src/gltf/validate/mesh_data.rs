@@ -70,7 +70,12 @@ fn collect<'a>(root: &'a Json<'a>, data: &Data<'_>) -> Vec<(Job<'a>, String)> {
                     Semantic::Color(0) => add(("color", accessor, 0), Job::Colors { accessor }, place),
                     Semantic::Joints(0) => {
                         let job = Job::Influences { primitive, joints: joints[i] };
-                        add(("joints", accessor, i), job, format!("/meshes/{i}/primitives/{k}/attributes"));
+                        let fewest = joints[i].map_or(usize::MAX, |(count, _)| count);
+                        add(
+                            ("joints", accessor, fewest),
+                            job,
+                            format!("/meshes/{i}/primitives/{k}/attributes"),
+                        );
                     }
                     _ => {}
                 }

@@ -13,6 +13,8 @@ const SHEAR_TOLERANCE: f64 = 1e-3;
 pub(super) struct Graph {
     pub(super) parents: Vec<Option<usize>>,
     pub(super) children: Vec<Vec<usize>>,
+    /// Nodes below a node without parent, each after its parent. Nodes of a loop, and what hangs on them, are missing.
+    pub(super) order: Vec<usize>,
 }
 
 impl Graph {
@@ -29,13 +31,30 @@ impl Graph {
                 parents[child].get_or_insert(i);
             }
         }
-        Self { parents, children }
+        let mut order: Vec<usize> = (0..nodes.len()).filter(|&i| parents[i].is_none()).collect();
+        let mut next = 0;
+        while let Some(&node) = order.get(next) {
+            order.extend(children[node].iter().filter(|&&child| parents[child] == Some(node)));
+            next += 1;
+        }
+        Self { parents, children, order }
     }
 
-    /// The node and its ancestors up to the root; a loop is walked at most once.
-    pub(super) fn lineage(&self, node: usize) -> impl Iterator<Item = usize> {
-        let step = |&node: &usize| self.parents.get(node).copied().flatten();
-        std::iter::successors(Some(node), step).take(self.parents.len())
+    /// The topmost ancestor of each node; `None` in a loop.
+    pub(super) fn tops(&self) -> Vec<Option<usize>> {
+        let mut tops = vec![None; self.parents.len()];
+        for &node in &self.order {
+            tops[node] = self.parents[node].map_or(Some(node), |parent| tops[parent]);
+        }
+        tops
+    }
+
+    /// For each node whether it or an ancestor is marked.
+    pub(super) fn spread_down(&self, mut marked: Vec<bool>) -> Vec<bool> {
+        for &node in &self.order {
+            marked[node] |= self.parents[node].is_some_and(|parent| marked[parent]);
+        }
+        marked
     }
 }
 
@@ -125,37 +144,53 @@ fn check_parents(root: &Json<'_>, graph: &Graph, findings: &mut Findings) {
     }
 }
 
-/// Depth-first search; an edge to a node that is still open closes a loop.
+/// A node is in a loop if the search below it comes back to it, or to a node above it that is still open.
 fn check_loops(graph: &Graph, findings: &mut Findings) {
-    const NEW: u8 = 0;
-    const OPEN: u8 = 1;
-    const DONE: u8 = 2;
-    let mut state = vec![NEW; graph.parents.len()];
-    let mut in_loop = vec![false; graph.parents.len()];
+    const NEW: usize = usize::MAX;
+    const DONE: usize = usize::MAX - 1;
+    // Depth of open nodes in the search.
+    let mut depth = vec![NEW; graph.parents.len()];
+    let mut looped: Vec<usize> = Vec::new();
     for start in 0..graph.parents.len() {
-        let mut stack = if state[start] == NEW { vec![(start, 0)] } else { Vec::new() };
-        while let Some((node, next)) = stack.last_mut() {
-            state[*node] = OPEN;
-            let Some(&child) = graph.children[*node].get(*next) else {
-                state[*node] = DONE;
-                stack.pop();
-                continue;
-            };
-            *next += 1;
-            match state[child] {
-                NEW => stack.push((child, 0)),
-                OPEN => {
-                    let from = stack.iter().position(|(node, _)| *node == child).unwrap_or(0);
-                    stack[from..].iter().for_each(|(node, _)| in_loop[*node] = true);
+        if depth[start] != NEW {
+            continue;
+        }
+        // Node, its next child, and the least depth that the search below it came back to.
+        let mut stack = vec![(start, 0, NEW)];
+        depth[start] = 0;
+        while let Some((node, next, least)) = stack.last_mut() {
+            let (node, at) = (*node, *next);
+            if let Some(&child) = graph.children[node].get(at) {
+                *next += 1;
+                match depth[child] {
+                    NEW => {
+                        depth[child] = stack.len();
+                        stack.push((child, 0, NEW));
+                    }
+                    DONE => {}
+                    open => *least = (*least).min(open),
                 }
-                _ => {}
+                continue;
+            }
+            let least = *least;
+            if least <= depth[node] {
+                looped.push(node);
+            }
+            depth[node] = DONE;
+            stack.pop();
+            if let Some((_, _, above)) = stack.last_mut() {
+                *above = (*above).min(least);
             }
         }
     }
-    for i in (0..in_loop.len()).filter(|&i| in_loop[i]) {
+    looped.sort_unstable();
+    for i in looped {
         findings.error("NODE_LOOP", "the node is its own ancestor", &format!("/nodes/{i}"), "");
     }
 }
+
+/// Scenes of which all nodes are visited; files have a handful.
+const CHECKED_SCENES: usize = 64;
 
 fn check_scenes(root: &Json<'_>, graph: &Graph, findings: &mut Findings) {
     for (i, scene) in root.list("scenes").iter().enumerate() {
@@ -166,7 +201,9 @@ fn check_scenes(root: &Json<'_>, graph: &Graph, findings: &mut Findings) {
                 findings.error("SCENE_NON_ROOT_NODE", what, &format!("/scenes/{i}/nodes/{k}"), "");
             }
         }
-        check_joints_in_scene(root, graph, &roots, findings);
+        if i < CHECKED_SCENES {
+            check_joints_in_scene(root, graph, &roots, findings);
+        }
     }
 }
 
@@ -180,10 +217,14 @@ fn check_joints_in_scene(root: &Json<'_>, graph: &Graph, roots: &[usize], findin
             stack.extend(&graph.children[node]);
         }
     }
+    let is_outside = |joint: usize| in_scene.get(joint).is_some_and(|inside| !inside);
+    let lacks_joints: Vec<bool> = root
+        .list("skins")
+        .iter()
+        .map(|skin| skin.list("joints").iter().filter_map(Json::integer).any(is_outside))
+        .collect();
     for (i, node) in root.list("nodes").iter().enumerate().filter(|(i, _)| in_scene[*i]) {
-        let Some(skin) = node.index("skin").and_then(|s| root.list("skins").get(s)) else { continue };
-        let mut joints = skin.list("joints").iter().filter_map(Json::integer);
-        if joints.any(|joint| in_scene.get(joint).is_some_and(|inside| !inside)) {
+        if node.index("skin").is_some_and(|skin| lacks_joints.get(skin) == Some(&true)) {
             let what = "the scene shows a skinned mesh, but not its joints";
             findings.error("NODE_SKIN_NO_SCENE", what, &format!("/nodes/{i}"), "");
         }

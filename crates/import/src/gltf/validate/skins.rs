@@ -10,32 +10,43 @@ use crate::gltf::model::{Component, Shape};
 /// Checks all skins, and the nodes that use them.
 pub(super) fn check(root: &Json<'_>, data: &Data<'_>, usages: &mut Usages, findings: &mut Findings) {
     let graph = Graph::new(root);
+    let tops = graph.tops();
     for (i, skin) in root.list("skins").iter().enumerate() {
         let place = format!("/skins/{i}");
-        check_joints(skin, &graph, &place, findings);
+        check_joints(skin, &graph, &tops, &place, findings);
         check_matrices(skin, data, usages, &format!("{place}/inverseBindMatrices"), findings);
     }
-    for (i, node) in root.list("nodes").iter().enumerate().filter(|(_, node)| node.get("skin").is_some()) {
-        check_ignored_transforms(root, node, i, &graph, findings);
-    }
+    check_ignored_transforms(root, &graph, findings);
 }
 
 /// All joints have one root in common, and the skeleton is such a one.
-fn check_joints(skin: &Json<'_>, graph: &Graph, place: &str, findings: &mut Findings) {
+fn check_joints(
+    skin: &Json<'_>,
+    graph: &Graph,
+    tops: &[Option<usize>],
+    place: &str,
+    findings: &mut Findings,
+) {
     let joints: Vec<usize> = skin.list("joints").iter().filter_map(Json::integer).collect();
-    let top =
-        |&joint: &usize| (joint < graph.parents.len()).then(|| graph.lineage(joint).last().unwrap_or(joint));
-    let tops: Vec<Option<usize>> = joints.iter().map(top).collect();
-    if tops.iter().any(|t| t.is_none() || *t != tops[0]) {
+    let top = |joint: usize| tops.get(joint).copied().flatten();
+    let common = joints.first().and_then(|&joint| top(joint));
+    if !joints.is_empty() && (common.is_none() || joints.iter().any(|&joint| top(joint) != common)) {
         findings.error(
             "SKIN_NO_COMMON_ROOT",
             "the joints have no common root",
             &format!("{place}/joints"),
             "",
         );
-    } else if let Some(skeleton) = skin.index("skeleton").filter(|&s| s < graph.parents.len())
-        && !joints.iter().all(|&joint| graph.lineage(joint).any(|ancestor| ancestor == skeleton))
-    {
+        return;
+    }
+    // The common root itself is always above all joints.
+    let Some(skeleton) = skin.index("skeleton").filter(|&s| s < tops.len() && Some(s) != common) else {
+        return;
+    };
+    let mut below = vec![false; tops.len()];
+    below[skeleton] = true;
+    let below = graph.spread_down(below);
+    if joints.iter().any(|&joint| !below[joint]) {
         let what = "the skeleton node is not above all joints";
         findings.error("SKIN_SKELETON_INVALID", what, &format!("{place}/skeleton"), "");
     }
@@ -66,26 +77,23 @@ fn check_matrices(
     }
 }
 
-fn check_ignored_transforms(
-    root: &Json<'_>,
-    node: &Json<'_>,
-    index: usize,
-    graph: &Graph,
-    findings: &mut Findings,
-) {
+fn check_ignored_transforms(root: &Json<'_>, graph: &Graph, findings: &mut Findings) {
     let nodes = root.list("nodes");
-    let moved = |node: &Json<'_>| {
+    let moves = |node: &Json<'_>| {
         ["matrix", "translation", "rotation", "scale"].into_iter().any(|key| node.get(key).is_some())
     };
-    let place = format!("/nodes/{index}");
+    let moved = graph.spread_down(nodes.iter().map(moves).collect());
     let hint = "the joints place it";
-    if moved(node) {
-        let what = "the transform of a node with a skinned mesh does not count";
-        findings.warn("NODE_SKINNED_MESH_LOCAL_TRANSFORMS", what, &place, hint);
-    }
-    if graph.lineage(index).skip(1).any(|ancestor| moved(&nodes[ancestor])) {
-        let what = "the transforms above a node with a skinned mesh do not count";
-        findings.warn("NODE_SKINNED_MESH_PARENT_TRANSFORMS", what, &place, hint);
+    for (i, node) in nodes.iter().enumerate().filter(|(_, node)| node.get("skin").is_some()) {
+        let place = format!("/nodes/{i}");
+        if moves(node) {
+            let what = "the transform of a node with a skinned mesh does not count";
+            findings.warn("NODE_SKINNED_MESH_LOCAL_TRANSFORMS", what, &place, hint);
+        }
+        if graph.parents[i].is_some_and(|parent| moved[parent]) {
+            let what = "the transforms above a node with a skinned mesh do not count";
+            findings.warn("NODE_SKINNED_MESH_PARENT_TRANSFORMS", what, &place, hint);
+        }
     }
 }
 
