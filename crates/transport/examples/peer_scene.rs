@@ -2,7 +2,7 @@
 //!
 //!     cargo run --release -p vastlight-transport --example peer_scene -- MESH OUT.exr [SPP] [WIDTH HEIGHT] [REPEAT]
 //!
-//! Prints one JSON line; times are of rendering alone, by all threads. `tests/mitsuba.py` compares the picture.
+//! Prints one JSON line; times are of rendering alone, by all threads. `tests/compare_mitsuba.py` compares the picture.
 #![allow(clippy::print_stdout, reason = "the result is a line on stdout")]
 
 use rayon::prelude::*;

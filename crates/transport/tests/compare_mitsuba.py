@@ -1,6 +1,6 @@
 """Compares the peer scene with Mitsuba (PyPI `mitsuba`): the same mesh, lights and camera.
 
-    python mitsuba.py PEER_SCENE_BINARY MESH.ply [REFERENCE_SPP]
+    python compare_mitsuba.py PEER_SCENE_BINARY MESH.ply [REFERENCE_SPP]
 
 PEER_SCENE_BINARY is the example `peer_scene`, built for release. Its means must agree within 0.5 %, and its error against
 Mitsuba's long render must fall as 1 / spp. Prints one JSON line a check; exits 1 if one fails. The LLVM variant needs
@@ -81,7 +81,7 @@ def main():
             errors.append(relmse(ours, reference))
             failed |= abs(ratio - 1.0) > 0.005
             print(json.dumps({"check": "mean", "spp": spp, "ratio": ratio, "relmse": errors[-1],
-                              "msamples_per_s": line["msamples_per_s"], "ok": abs(ratio - 1.0) <= 0.005}))
+                              "msamples_per_s": line["msamples_per_s"], "ok": abs(ratio - 1.0) <= 0.005}), flush=True)
     # The reference has an error of its own, so the last step falls a little short of four.
     factors = [errors[0] / errors[1], errors[1] / errors[2]]
     fall = all(2.5 < factor < 8.0 for factor in factors)
