@@ -1,6 +1,6 @@
 //! Acceleration structures: builders, wide layouts, validation.
 //!
-//! The way of the data: boxes become [`Reference`]s, a builder ([`build`]) orders them into a [`BinaryTree`], the
+//! The way of the data: boxes become [`Reference`]s, a builder ([`build()`]) orders them into a [`BinaryTree`], the
 //! tree is collapsed to eight-wide nodes ([`wide`]) over blocks of eight triangles or over whole instances, and
 //! [`wide::traverse`] brings a ray to the leaves it may hit. Builders see boxes alone; build loop, heuristic, layout
 //! and traversal know nothing of each other's insides.

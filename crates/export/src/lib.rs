@@ -1,6 +1,6 @@
 //! Scenes to files, one file a format: GLB, PLY, OBJ.
 //!
-//! [`write`] chooses the format by the extension, streams to a file beside the target and renames it at the end. The
+//! [`write()`] chooses the format by the extension, streams to a file beside the target and renames it at the end. The
 //! same scene gives the same bytes. What a format cannot hold is named in the [`Diagnostics`] that are returned:
 //!
 //! | | GLB | OBJ + MTL | PLY |
@@ -25,7 +25,7 @@ pub use error::ExportError;
 use std::path::Path;
 use vastlight_scene::{Diagnostics, Scene};
 
-/// The extensions that [`write`] knows, without the dot.
+/// The extensions that [`write()`] knows, without the dot.
 pub const FORMATS: [&str; 3] = ["glb", "ply", "obj"];
 
 /// Writes `scene` to `path` in the format of its extension; returns what the format could not hold.

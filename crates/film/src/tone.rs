@@ -10,9 +10,9 @@ pub enum ToneCurve {
     Linear,
     /// `filmic`: a smooth shoulder and toe, bright saturated light fades towards white. Middle grey (0.18) stays.
     ///
-    /// With `Y` the luminance: the colour is drawn towards `Y` by [`FILMIC_INSET`], every channel passes
-    /// `x^n / (x^n + k)` (the Naka-Rushton response, `n` = [`FILMIC_CONTRAST`], `k` so that 0.18 maps to itself), and
-    /// the colour is drawn away from the new luminance by [`FILMIC_OUTSET`].
+    /// With `Y` the luminance: the colour is drawn towards `Y` by `FILMIC_INSET`, every channel passes
+    /// `x^n / (x^n + k)` (the Naka-Rushton response, `n` = `FILMIC_CONTRAST`, `k` so that 0.18 maps to itself), and
+    /// the colour is drawn away from the new luminance by `FILMIC_OUTSET`.
     #[default]
     Filmic,
     /// `reinhard`: `x / (1 + x)` on the luminance (Reinhard et al. 2002), hue kept, clipped.

@@ -79,7 +79,7 @@ impl MeshBvh {
     /// Builds with the builder `name`.
     ///
     /// # Errors
-    /// Those of [`build`].
+    /// Those of [`build()`](crate::build()).
     pub fn build(
         name: &str,
         mesh: &MeshView<'_>,

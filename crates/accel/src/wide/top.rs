@@ -23,7 +23,7 @@ impl TopBvh {
     /// `costs` is asked.
     ///
     /// # Errors
-    /// Those of [`build`].
+    /// Those of [`build()`](crate::build()).
     pub fn build(
         name: &str,
         boxes: &[Aabb],
