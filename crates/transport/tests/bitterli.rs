@@ -147,7 +147,7 @@ fn veach_plates_have_tungstens_radiance() {
     let plates = Comparison::new(&picture, &reference, 0.03, |i| matches!(picture.material[i], Some(0..=3)));
     eprintln!("veach plates {width}x{height}, {samples} samples: walls {found:?}\n  plates {plates:?}");
     assert!((found.mean_ratio - 1.0).abs() < 0.015, "{found:?}");
-    assert!((plates.mean_ratio - 1.0).abs() < 0.25, "{plates:?}");
+    assert!((plates.mean_ratio - 1.0).abs() < 0.15, "{plates:?}");
     let wrong = Comparison::new(&picture, &reference.scaled(1.05), 0.03, grey);
     assert!((wrong.mean_ratio - 1.0).abs() > 0.015, "control: {wrong:?}");
 }

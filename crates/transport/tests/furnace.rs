@@ -94,19 +94,20 @@ fn white_materials_vanish_in_a_constant_environment() {
     let plastic = Material { roughness: ScalarInput::new(0.3), ..Material::diffuse("plastic", Vec3::ONE) };
     let thin = Material { thickness: 0.0, ..glass(0.0) };
     let dispersive = Material { dispersion: 5.0, ..glass(0.0) };
-    // What single scattering loses is given back on average; the measure is the whole body.
+    // What single scattering loses is given back on average; the measure is the whole body. The sphere is fine, since
+    // shading normals over coarse faces gain energy of their own (rough glass 3.4 % with a 16th of the faces).
     for (name, material, tolerance) in [
         ("mirror", metal(0.0), 1e-3),
         ("metal 0.3", metal(0.3), 0.02),
         ("metal 1", metal(1.0), 0.03),
         ("plastic", Material { specular: ScalarInput::new(1.0), ..plastic }, 0.03),
         ("glass", glass(0.0), 5e-3),
-        ("glass 0.3", glass(0.3), 0.05),
+        ("glass 0.3", glass(0.3), 0.03),
         ("thin glass", thin, 5e-3),
         ("dispersive glass", dispersive, 0.02),
     ] {
         let scene =
-            Build::in_light(Vec3::ONE).add(shapes::sphere(3, true), material, Affine3::IDENTITY).finish();
+            Build::in_light(Vec3::ONE).add(shapes::sphere(5, true), material, Affine3::IDENTITY).finish();
         let settings = RenderSettings {
             max_depth: 64,
             ..RenderSettings::new(look_at(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 0.35), 16, 16)
