@@ -15,6 +15,7 @@ pub mod build;
 mod quality;
 pub mod ray;
 mod reference;
+pub mod sort;
 mod tree;
 pub mod triangle;
 mod validate;

@@ -2,6 +2,7 @@
 
 mod build;
 mod path;
+mod sort;
 mod trace;
 
 use crate::arguments::Common;
@@ -22,6 +23,7 @@ pub(crate) struct Bench {
 enum What {
     Trace(trace::Trace),
     Build(build::Build),
+    Sort(sort::Sort),
     Path(Box<path::Path>),
 }
 
@@ -29,6 +31,7 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
     match &arguments.what {
         What::Trace(arguments) => trace::run(arguments),
         What::Build(arguments) => build::run(arguments),
+        What::Sort(arguments) => sort::run(arguments),
         What::Path(arguments) => path::run(arguments, common, start),
     }
 }
