@@ -3,7 +3,8 @@
 //! The way of the data: boxes become [`Reference`]s, a builder ([`build()`]) orders them into a [`BinaryTree`], the
 //! tree is collapsed to eight-wide nodes ([`wide`]) over blocks of eight triangles or over whole instances, and
 //! [`wide::traverse`] brings a ray to the leaves it may hit. Builders see boxes alone; build loop, heuristic, layout
-//! and traversal know nothing of each other's insides.
+//! and traversal know nothing of each other's insides. [`kdtree`] is another structure over the same boxes, which rays
+//! walk without a stack.
 //!
 //! # Why hits do not depend on the tree
 //! A triangle counts as hit if the watertight test of [`triangle`] passes and the hit lies in the triangle's own box,
@@ -12,6 +13,7 @@
 //! it, whatever the tree, the layout and the instructions.
 
 pub mod build;
+pub mod kdtree;
 mod quality;
 pub mod ray;
 mod reference;

@@ -27,6 +27,12 @@ impl MeshView<'_> {
         self.triangles[triangle as usize].map(|i| self.positions[i as usize])
     }
 
+    /// The box around all vertices, used or not, with all threads of the current pool.
+    pub(crate) fn bounds(&self) -> Aabb {
+        let fold = self.positions.par_iter().with_min_len(1 << 14).fold(|| Aabb::EMPTY, |b, &p| b.grow(p));
+        fold.reduce(|| Aabb::EMPTY, Aabb::union)
+    }
+
     /// The power of two by which the mesh is scaled so that products of its coordinates neither under- nor overflow; 1
     /// for nearly all meshes.
     #[must_use]
@@ -41,7 +47,7 @@ impl MeshView<'_> {
 }
 
 /// The largest absolute coordinate of a box; zero for an empty one.
-fn extent(bounds: &Aabb) -> f32 {
+pub(crate) fn extent(bounds: &Aabb) -> f32 {
     if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() }
 }
 
@@ -88,12 +94,7 @@ impl MeshBvh {
     ) -> Result<(Self, MeshBuild), BuildError> {
         let config = BuildConfig { max_leaf: config.max_leaf.min(8), ..*config };
         let mut clock = Clock::start();
-        let bounds = mesh
-            .positions
-            .par_iter()
-            .with_min_len(1 << 14)
-            .fold(|| Aabb::EMPTY, |b, &p| b.grow(p))
-            .reduce(|| Aabb::EMPTY, Aabb::union);
+        let bounds = mesh.bounds();
         let scale = mesh.scale(&bounds);
         let scaled = |triangle: u32| mesh.corners(triangle).map(|p| p * scale);
         let mut references = std::mem::take(&mut scratch.references);

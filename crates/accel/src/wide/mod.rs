@@ -8,6 +8,7 @@ pub mod traverse;
 mod validate;
 
 pub use layout::{Block8, ChildRef, Node8};
+pub(crate) use mesh::extent;
 pub use mesh::{MeshBuild, MeshBvh, MeshView};
 pub use top::TopBvh;
 pub use validate::validate_nodes;
