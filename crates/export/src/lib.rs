@@ -8,9 +8,10 @@
 //! | meshes, instances | yes; instances are nodes | flattened to world space | one mesh in world space |
 //! | normals, uvs | yes | yes (the first uv set) | yes (the first uv set) |
 //! | vertex colours | yes | after the coordinates | 8 bits sRGB, times the material's colour |
-//! | materials | yes, with KHR extensions | colours, roughness, metal, glass, textures | colour only |
-//! | cameras, lights | yes, without lens and profile | no | no |
-//! | sky, environment map | a procedural sky in `extras` | no | no |
+//! | materials | yes, with KHR extensions; measured metals in `extras` | colours, roughness, metal, glass, textures | colour only |
+//! | cameras, lights | yes, the lens in `extras`; without profile | no | no |
+//! | sky, constant light | in `extras`, which the glTF importer reads | no | no |
+//! | environment map | no | no | no |
 
 mod error;
 mod flatten;

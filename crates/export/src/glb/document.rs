@@ -1,8 +1,9 @@
 //! The JSON of a GLB. Nodes, which may be millions, are written one by one; the rest is small.
 
+use super::EXTRAS_HINT;
 use super::layout::{Layout, Primitive, attributes};
 use super::material::{self, Extensions};
-use super::number::{number, numbers};
+use super::number::{color_and_strength, number, numbers};
 use crate::ExportError;
 use crate::target::Target;
 use serde_json::{Map, Value, json};
@@ -63,7 +64,7 @@ impl Document<'_> {
             .map(|m| material::json(self.scene, m, &mut extensions, lost))
             .collect();
         set(&mut root, "materials", materials);
-        set(&mut root, "cameras", self.scene.cameras().iter().map(camera).collect());
+        set(&mut root, "cameras", self.scene.cameras().iter().map(|c| camera(c, lost)).collect());
         if !self.scene.lights().is_empty() {
             extensions.add("KHR_lights_punctual");
             let lights: Vec<Value> = self.scene.lights().iter().map(|l| light(l, lost)).collect();
@@ -158,10 +159,9 @@ impl Document<'_> {
         self.layout.primitives.iter().map(&mut number).collect()
     }
 
-    /// What glTF has no place for: the sky and the lens of each camera.
+    /// What glTF has no place for: light from infinity, or that there is none.
     fn extras(&self, lost: &mut Diagnostics) -> Option<Value> {
         let environment = match self.scene.environment() {
-            Environment::Constant(radiance) if *radiance == Vec3::ZERO => return None,
             Environment::Constant(radiance) => json!({"constant": numbers(&radiance.to_array())}),
             Environment::Sky(sky) => json!({"sky": {
                 "sunAzimuth": number(sky.sun_azimuth),
@@ -176,7 +176,9 @@ impl Document<'_> {
                 return None;
             }
         };
-        lost.warn("glTF holds no sky; it stands in the file's extras", "environment", "");
+        if *self.scene.environment() != Environment::Constant(Vec3::ZERO) {
+            lost.warn("glTF holds no sky; it stands in the file's extras", "environment", EXTRAS_HINT);
+        }
         Some(json!({"vastlight": {"environment": environment}}))
     }
 }
@@ -268,7 +270,7 @@ fn sampler(texture: &Texture) -> Value {
     json!({"magFilter": filter, "minFilter": filter, "wrapS": wrap(texture.wrap[0]), "wrapT": wrap(texture.wrap[1])})
 }
 
-fn camera(camera: &Camera) -> Value {
+fn camera(camera: &Camera, lost: &mut Diagnostics) -> Value {
     let mut value = match camera.projection {
         Projection::Perspective { vertical_fov, lens_radius, focus_distance } => {
             let mut value = json!({"type": "perspective",
@@ -277,6 +279,8 @@ fn camera(camera: &Camera) -> Value {
                 let lens =
                     json!({"lensRadius": number(lens_radius), "focusDistance": number(focus_distance)});
                 value["extras"] = json!({"vastlight": lens});
+                let place = format!("camera \"{}\"", camera.name);
+                lost.warn("glTF holds no lens; it stands in the file's extras", place, EXTRAS_HINT);
             }
             value
         }
@@ -294,8 +298,7 @@ fn camera(camera: &Camera) -> Value {
 }
 
 fn light(light: &Light, lost: &mut Diagnostics) -> Value {
-    let strength = light.intensity.max_element().max(0.0);
-    let color = if strength > 0.0 { light.intensity / strength } else { Vec3::ONE };
+    let (color, strength) = color_and_strength(light.intensity.max(Vec3::ZERO));
     let mut value = json!({
         "name": light.name, "color": numbers(&color.to_array()), "intensity": number(strength),
     });

@@ -1,6 +1,6 @@
 //! A material as glTF's metallic-roughness model with KHR extensions.
 
-use super::number::{number, numbers};
+use super::number::{color_and_strength, number, numbers};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use vastlight_math::Vec3;
@@ -42,8 +42,11 @@ pub(super) fn json(
     let mut value = writer.base(material);
     writer.dielectric(material);
     writer.layers(material);
-    if material.conductor.is_some() {
-        writer.lose("glTF holds no measured metal; the base colour stands for it");
+    if let Some(metal) = material.conductor {
+        let metal = json!({"eta": numbers(&metal.eta.to_array()), "k": numbers(&metal.k.to_array())});
+        value["extras"] = json!({"vastlight": {"conductor": metal}});
+        let what = "glTF holds no measured metal; it stands in the file's extras";
+        writer.lost.warn(what, format!("material \"{}\"", writer.name), super::EXTRAS_HINT);
     }
     if !writer.own.is_empty() {
         value["extensions"] = writer.own.into();
@@ -131,16 +134,16 @@ impl Writer<'_> {
     }
 
     fn emission(&mut self, value: &mut Value, m: &Material) {
-        let strength = m.emission.factor.max_element();
-        if strength <= 0.0 {
+        let emission = m.emission.factor.max(Vec3::ZERO);
+        if emission == Vec3::ZERO {
             return;
         }
-        let scale = strength.max(1.0);
-        value["emissiveFactor"] =
-            numbers(&(m.emission.factor / scale).clamp(Vec3::ZERO, Vec3::ONE).to_array());
+        let is_bright = emission.max_element() > 1.0;
+        let (color, strength) = if is_bright { color_and_strength(emission) } else { (emission, 1.0) };
+        value["emissiveFactor"] = numbers(&color.to_array());
         self.put_texture(value, "emissiveTexture", m.emission.texture);
-        if scale > 1.0 {
-            self.extend("KHR_materials_emissive_strength", json!({"emissiveStrength": number(scale)}));
+        if is_bright {
+            self.extend("KHR_materials_emissive_strength", json!({"emissiveStrength": number(strength)}));
         }
     }
 

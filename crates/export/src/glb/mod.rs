@@ -15,6 +15,8 @@ use vastlight_scene::{Diagnostics, Mesh, Scene};
 
 /// A GLB's length is a 32-bit number.
 const LIMIT: u64 = u32::MAX as u64;
+/// Goes with what glTF has no place for.
+const EXTRAS_HINT: &str = "vastlight reads it there, other programs do not";
 const HINT: &str = "write .ply, or ask for fewer triangles";
 
 pub(crate) fn write(scene: &Scene, path: &Path, lost: &mut Diagnostics) -> Result<(), ExportError> {

@@ -6,7 +6,7 @@ use super::json::Json;
 use super::mesh::{self, Context, Shape};
 use super::node::{self, Placed};
 use super::texture::Textures;
-use super::{camera, image, light, material, morph, skin};
+use super::{camera, extras, image, light, material, morph, skin};
 use crate::LoadOptions;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,7 +28,8 @@ pub(super) fn assemble(
     let roots = scene_roots(root, options, findings);
     let placed = node::place(root, &roots);
     let shapes = place_meshes(root, data, &placed, &mut desc, findings);
-    place_cameras_and_lights(root, &placed, &mut desc);
+    place_cameras_and_lights(root, &placed, &mut desc, findings);
+    desc.environment = extras::environment(root, findings);
     let default_material = read_materials(root, data, directory, options, &mut desc, findings);
     let budget = AtomicU64::new(data.geometry_budget());
     let joints = pose_skins(root, data, &placed, &shapes);
@@ -191,13 +192,18 @@ impl Names {
     }
 }
 
-fn place_cameras_and_lights(root: &Json<'_>, placed: &[Placed], desc: &mut SceneDesc) {
+fn place_cameras_and_lights(
+    root: &Json<'_>,
+    placed: &[Placed],
+    desc: &mut SceneDesc,
+    findings: &mut Findings,
+) {
     let lights = root.extension(light::EXTENSION).map_or(&[][..], |e| e.list("lights"));
     for Placed { node: index, world_from_node } in placed {
         let node = &root.list("nodes")[*index];
         if let Some((i, json)) = referenced(root.list("cameras"), node.index("camera")) {
             let name = object_name(json, node, "camera", i);
-            desc.cameras.extend(camera::read(json, name, world_from_node));
+            desc.cameras.extend(camera::read(json, i, name, world_from_node, findings));
         }
         let light = node.extension(light::EXTENSION).and_then(|e| e.index("light"));
         if let Some((i, json)) = referenced(lights, light) {

@@ -1,19 +1,26 @@
 //! Cameras.
 
+use super::extras;
+use super::findings::Findings;
 use super::json::Json;
 use vastlight_math::glam::{DAffine3, DVec3};
 use vastlight_scene::{Camera, Projection};
 
-/// A camera at a node. The node's scale does not count.
-pub(super) fn read(json: &Json<'_>, name: String, world_from_node: &DAffine3) -> Option<Camera> {
+/// The camera of number `index` at a node. The node's scale does not count.
+pub(super) fn read(
+    json: &Json<'_>,
+    index: usize,
+    name: String,
+    world_from_node: &DAffine3,
+    findings: &mut Findings,
+) -> Option<Camera> {
     let (projection, aspect) = match json.at("type").text()? {
         "perspective" => {
             let perspective = json.at("perspective");
-            let projection = Projection::Perspective {
-                vertical_fov: perspective.at("yfov").number()? as f32,
-                lens_radius: 0.0,
-                focus_distance: 1.0,
-            };
+            let vertical_fov = perspective.at("yfov").number()? as f32;
+            let place = format!("/cameras/{index}");
+            let (lens_radius, focus_distance) = extras::lens(json, &place, findings).unwrap_or((0.0, 1.0));
+            let projection = Projection::Perspective { vertical_fov, lens_radius, focus_distance };
             (projection, perspective.at("aspectRatio").number().map(|x| x as f32))
         }
         "orthographic" => {
@@ -31,9 +38,13 @@ pub(super) fn read(json: &Json<'_>, name: String, world_from_node: &DAffine3) ->
     })
 }
 
-/// The transform with axes of unit length; an axis of no length becomes that of the world.
+/// The transform with axes of unit length; an axis of no length becomes that of the world. An axis that has unit length
+/// in single precision is kept as it is, so that what was written is read again.
 pub(super) fn without_scale(transform: &DAffine3) -> DAffine3 {
-    let unit = |axis: DVec3, fallback: DVec3| axis.try_normalize().unwrap_or(fallback);
+    let is_unit = |axis: DVec3| (axis.length_squared() - 1.0).abs() < 1e-6;
+    let unit = |axis: DVec3, fallback: DVec3| {
+        if is_unit(axis) { axis } else { axis.try_normalize().unwrap_or(fallback) }
+    };
     let axes = transform.matrix3;
     DAffine3::from_cols(
         unit(axes.x_axis, DVec3::X),

@@ -1,5 +1,6 @@
 //! Materials: metallic-roughness and the KHR_materials extensions.
 
+use super::extras;
 use super::json::Json;
 use super::texture::Textures;
 use vastlight_math::Vec3;
@@ -58,6 +59,7 @@ impl Reader<'_> {
             roughness: self.scalar(pbr, ("roughnessFactor", 1.0), ("metallicRoughnessTexture", Channel::G)),
             normal_map: self.normal_map(json, "normalTexture"),
             emission: self.color(json, emissive, "emissiveTexture"),
+            conductor: extras::conductor(json),
             ..Material::new(name)
         }
     }

@@ -137,17 +137,24 @@ fn finish(surface: &mut Surface) {
         surface.tangents.clear();
     }
     for (tangent, normal) in surface.tangents.iter_mut().zip(&surface.normals) {
-        let direction = tangent.truncate().try_normalize();
+        let direction = unit(tangent.truncate());
         let sign = 1.0_f32.copysign(tangent.w);
         *tangent = direction.unwrap_or_else(|| normal.any_orthonormal_vector()).extend(sign);
     }
+}
+
+/// The vector with unit length. One that has it to the last digits is kept as it is, so that what was written is read
+/// again.
+fn unit(vector: Vec3) -> Option<Vec3> {
+    let is_unit = (vector.length_squared() - 1.0).abs() < 1e-6;
+    if is_unit { Some(vector) } else { vector.try_normalize() }
 }
 
 /// Normals get unit length; those without a direction get that of a triangle at their vertex.
 fn repair_normals(surface: &mut Surface) {
     let mut broken = false;
     for normal in &mut surface.normals {
-        *normal = normal.try_normalize().unwrap_or_else(|| {
+        *normal = unit(*normal).unwrap_or_else(|| {
             broken = true;
             Vec3::ZERO
         });

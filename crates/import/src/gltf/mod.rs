@@ -2,7 +2,8 @@
 //!
 //! The way of the data: `container` splits the file, `json` parses the text, `validate` checks the document against
 //! the specification, `buffers`, `meshopt` and `accessor` give typed arrays, `mesh` (with `primitive`, `topology`), `material`
-//! (with `texture`, `image`), `camera` and `light` turn the parts into the scene's, and `assemble` walks the nodes.
+//! (with `texture`, `image`), `camera`, `light` and `extras` turn the parts into the scene's, and `assemble` walks the
+//! nodes.
 
 mod accessor;
 mod assemble;
@@ -11,6 +12,7 @@ mod camera;
 mod container;
 mod draco;
 mod extensions;
+mod extras;
 mod findings;
 mod image;
 mod json;

@@ -4,7 +4,7 @@ use super::builder::{Builder, load_bytes};
 use crate::LoadOptions;
 use serde_json::json;
 use vastlight_math::Vec3;
-use vastlight_scene::{LightKind, Projection};
+use vastlight_scene::{Environment, LightKind, Projection, Sky};
 
 fn origin(desc: &vastlight_scene::SceneDesc, instance: usize) -> Vec3 {
     desc.instances[instance].world_from_object.translation
@@ -102,6 +102,53 @@ fn cameras_stand_at_their_nodes_without_scale() {
     assert_eq!(eye.world_from_camera.transform_point3(Vec3::ZERO), Vec3::new(1.0, 2.0, 3.0));
     assert_eq!((flat.name.as_str(), flat.aspect), ("flat", Some(2.0)));
     assert_eq!(flat.projection, Projection::Orthographic { half_height: 2.0 });
+}
+
+#[test]
+fn extras_of_our_own_hold_the_sky_and_the_lens() {
+    let mut builder = Builder::triangle();
+    let perspective = json!({"yfov": 0.5, "znear": 0.1});
+    let lens = json!({"lensRadius": 0.25, "focusDistance": 3});
+    builder.json["cameras"] =
+        json!([{"type": "perspective", "perspective": perspective, "extras": {"vastlight": lens}}]);
+    builder.node(json!({"camera": 0}));
+    let own = |environment| json!({"vastlight": {"environment": environment}});
+    builder.json["extras"] = own(json!({"sky": {"sunElevation": 0.3, "turbidity": 5}}));
+    let desc = builder.load_clean();
+    let sky = Sky { sun_elevation: 0.3, turbidity: 5.0, sun_disc: false, ..Sky::default() };
+    assert_eq!(desc.environment, Some(Environment::Sky(sky)));
+    let expected = Projection::Perspective { vertical_fov: 0.5, lens_radius: 0.25, focus_distance: 3.0 };
+    assert_eq!(desc.cameras[0].projection, expected);
+
+    builder.json["extras"] = own(json!({"constant": [0, 0.5, 1]}));
+    assert_eq!(builder.load_clean().environment, Some(Environment::Constant(Vec3::new(0.0, 0.5, 1.0))));
+    builder.json["extras"] = json!({"vastlight": 3, "another": {"environment": 1}});
+    assert_eq!((builder.load_clean().environment, builder.warnings().len()), (None, 0));
+}
+
+#[test]
+fn extras_that_make_no_sense_are_warnings() {
+    let mut builder = Builder::triangle();
+    let wrong = [
+        json!({"sky": {"strength": 1e300}}),
+        json!({"sky": {"groundAlbedo": [1e200, 0, 0]}}),
+        json!({"constant": [1, 1]}),
+        json!([1]),
+    ];
+    for environment in wrong {
+        builder.json["extras"] = json!({"vastlight": {"environment": environment}});
+        assert_eq!(builder.load_clean().environment, None);
+        assert!(builder.warnings()[0].contains("/extras/vastlight/environment"));
+    }
+    builder.json["extras"] = json!({});
+    builder.json["cameras"] = json!([{
+        "type": "perspective", "perspective": {"yfov": 0.5, "znear": 0.1},
+        "extras": {"vastlight": {"lensRadius": 0.1, "focusDistance": -3}},
+    }]);
+    builder.node(json!({"camera": 0}));
+    assert!(builder.warnings()[0].contains("/cameras/0/extras/vastlight"));
+    let camera = builder.load_clean().cameras.remove(0);
+    assert!(matches!(camera.projection, Projection::Perspective { lens_radius: 0.0, .. }));
 }
 
 #[test]
