@@ -1,4 +1,4 @@
-//! How good a tree is: the cost of the thesis of D. K. Bogolepov (chapter 4.2), where published tables use it.
+//! How good a tree is: the cost of K. V. Garanzha's thesis of 2014 (chapter 4.2), where published tables use it.
 //!
 //! `C(leaf)` = primitives in it, `C(N) = 2 + C(left) SA(left)/SA(N) + C(right) SA(right)/SA(N)`.
 

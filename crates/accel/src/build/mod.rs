@@ -1,15 +1,19 @@
 //! Builders: references in, a binary tree out.
 
 mod binned;
+mod hlbvh2;
+mod morton;
+mod pieces;
 mod top_down;
 
+use crate::sort::{Pair, make_room};
 use crate::{BinaryTree, Node, Reference};
 use vastlight_simd::{Level, Simd8};
 
 pub use binned::Binned;
 
 /// Names that [`build`] knows; the first is the default.
-pub const NAMES: [&str; 1] = ["binned-sah"];
+pub const NAMES: [&str; 3] = ["binned-sah", "hlbvh2", "morton"];
 
 /// How to build.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +49,16 @@ pub struct Scratch {
     /// Room for a caller's references.
     pub references: Vec<Reference>,
     other: Vec<Reference>,
+    pairs: [Vec<Pair>; 2],
+}
+
+impl Scratch {
+    /// Room for sorting `len` pairs, which hold anything.
+    fn pairs(&mut self, len: usize) -> (&mut [Pair], &mut [Pair]) {
+        self.pairs.iter_mut().for_each(|room| make_room(room, len));
+        let [pairs, spare] = &mut self.pairs;
+        (&mut pairs[..len], &mut spare[..len])
+    }
 }
 
 /// Builds by name; an empty name is the default. `references` are reordered. The tree is the same for any number of
@@ -61,8 +75,11 @@ pub fn build(
     if references.len() >= 1 << 31 {
         return Err(BuildError::TooMany(references.len()));
     }
-    resolve(name)?;
-    Ok(top_down::build(&Binned::new(config), references, config, scratch))
+    Ok(match resolve(name)? {
+        "hlbvh2" => hlbvh2::build(references, config, scratch),
+        "morton" => morton::build(references, config, scratch),
+        _ => top_down::build(&Binned::new(config), references, config, scratch),
+    })
 }
 
 /// The full name behind `name`; an empty one is the default.

@@ -4,6 +4,7 @@
 //! buffers, so that partitioning needs no branches: each is written to the next free slot of both sides, and one of
 //! them moves on. Chunks have a fixed size and merging is exact, so the tree does not depend on the threads.
 
+use super::pieces::Piece;
 use super::{BLANK, BuildConfig, Heuristic, RunBounds, Scratch};
 use crate::reference::{EMPTY_LANES, unpack};
 use crate::{BinaryTree, Node, Reference};
@@ -34,10 +35,18 @@ pub(super) fn build<H: Heuristic>(
         other.par_extend(references.par_iter());
     }
     let builder = Builder { heuristic, level: config.level, max_leaf: config.max_leaf.max(1) as usize };
-    let run =
-        Run { here: references, there: &mut other[..prims.len()], prims: &mut prims, first: 0, depth: 0 };
+    let run = Run { here: references, there: &mut other[..prims.len()], prims: &mut prims, depth: 0 };
     let piece = builder.piece(run);
-    BinaryTree { nodes: stitch(piece), prims }
+    BinaryTree { nodes: piece.assemble(), prims }
+}
+
+/// Boxes around many references, by all threads.
+pub(super) fn bounds(references: &[Reference], level: Level) -> RunBounds {
+    let empty = RunBounds { boxes: EMPTY_LANES, centers: EMPTY_LANES };
+    references
+        .par_chunks(CHUNK)
+        .map(|chunk| level.dispatch(Bounds(chunk)))
+        .reduce(|| empty, |a, b| level.dispatch(Unite(a, b)))
 }
 
 struct Builder<'a, H> {
@@ -51,22 +60,15 @@ struct Run<'a> {
     here: &'a mut [Reference],
     there: &'a mut [Reference],
     prims: &'a mut [u32],
-    first: u32,
     depth: u32,
-}
-
-/// A part of the tree: a subtree built by one thread, or a node above.
-enum Piece {
-    Subtree(Vec<Node>),
-    Inner(Node, Box<(Piece, Piece)>),
 }
 
 impl<H: Heuristic> Builder<'_, H> {
     fn piece(&self, run: Run<'_>) -> Piece {
         if run.here.len() <= SERIAL {
-            return Piece::Subtree(self.level.dispatch(Subtree { builder: self, run }));
+            return Piece::subtree(self.level.dispatch(Subtree { builder: self, run }));
         }
-        let bounds = self.bounds(run.here);
+        let bounds = bounds(run.here, self.level);
         let count = run.here.len();
         let split = if run.depth < MAX_HEURISTIC_DEPTH { self.split(run.here, &bounds) } else { None };
         let left = split.map_or(0, |split| self.partition(&split, run.here, run.there));
@@ -77,23 +79,11 @@ impl<H: Heuristic> Builder<'_, H> {
         };
         let (here, there) = (here.split_at_mut(left), there.split_at_mut(left));
         let (prims, depth) = (run.prims.split_at_mut(left), run.depth + 1);
-        let below = rayon::join(
-            || self.piece(Run { here: here.0, there: there.0, prims: prims.0, first: run.first, depth }),
-            || {
-                let first = run.first + left as u32;
-                self.piece(Run { here: here.1, there: there.1, prims: prims.1, first, depth })
-            },
+        let (left, right) = rayon::join(
+            || self.piece(Run { here: here.0, there: there.0, prims: prims.0, depth }),
+            || self.piece(Run { here: here.1, there: there.1, prims: prims.1, depth }),
         );
-        let node = Node { bounds: unpack(&bounds.boxes), left: 0, first: run.first, count: count as u32 };
-        Piece::Inner(node, Box::new(below))
-    }
-
-    fn bounds(&self, references: &[Reference]) -> RunBounds {
-        let empty = RunBounds { boxes: EMPTY_LANES, centers: EMPTY_LANES };
-        references
-            .par_chunks(CHUNK)
-            .map(|chunk| self.level.dispatch(Bounds(chunk)))
-            .reduce(|| empty, |a, b| self.level.dispatch(Unite(a, b)))
+        Piece::pair(left, right)
     }
 
     fn split(&self, references: &[Reference], run: &RunBounds) -> Option<H::Split> {
@@ -135,33 +125,6 @@ impl<H: Heuristic> Builder<'_, H> {
         });
         total
     }
-}
-
-/// Lays the pieces out in one array: pairs of children, depth first.
-fn stitch(piece: Piece) -> Vec<Node> {
-    let mut nodes = vec![BLANK];
-    let mut waiting = vec![(0, piece)];
-    while let Some((slot, piece)) = waiting.pop() {
-        match piece {
-            Piece::Inner(node, below) => {
-                let left = nodes.len();
-                nodes[slot] = Node { left: left as u32, ..node };
-                nodes.extend([BLANK; 2]);
-                let (left_piece, right_piece) = *below;
-                waiting.push((left + 1, right_piece));
-                waiting.push((left, left_piece));
-            }
-            Piece::Subtree(own) => {
-                // The subtree's root takes the waiting slot, the rest goes to the end.
-                let moved = nodes.len() as u32 - 1;
-                let mut own =
-                    own.iter().map(|n| Node { left: if n.is_leaf() { 0 } else { n.left + moved }, ..*n });
-                nodes[slot] = own.next().unwrap_or(BLANK);
-                nodes.extend(own);
-            }
-        }
-    }
-    nodes
 }
 
 #[inline(always)]
@@ -288,7 +251,7 @@ impl<H: Heuristic> Kernel for Subtree<'_, '_, H> {
             *node = Node {
                 bounds: unpack(&bounds.boxes),
                 left: 0,
-                first: run.first + task.first as u32,
+                first: task.first as u32,
                 count: task.count as u32,
             };
             let Division::Parts { left, moved } = left else {

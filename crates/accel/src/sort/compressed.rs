@@ -4,25 +4,30 @@
 //! Neighbours with the same key become one run, runs are sorted, and each is written out in full where it belongs.
 //! Worth its two extra passes where keys come in runs, as those of rays of a picture do.
 
-use super::{Pair, key, make_room, pair, parts, payload, radix_sort};
+use super::{Pair, key, pair, parts, payload, radix_sort};
 use rayon::prelude::*;
 
 /// Pairs that one thread looks at at a time.
 const CHUNK: usize = 1 << 15;
 
 /// Sorts as [`radix_sort`] does, runs of equal keys as one.
-pub fn compressed_radix_sort(pairs: &mut Vec<Pair>, spare: &mut Vec<Pair>, key_bits: u32) {
-    if pairs.is_empty() {
-        return;
-    }
+///
+/// # Panics
+/// The lengths differ.
+pub fn compressed_radix_sort<'a>(
+    pairs: &'a mut [Pair],
+    spare: &'a mut [Pair],
+    key_bits: u32,
+) -> &'a mut [Pair] {
+    assert_eq!(pairs.len(), spare.len(), "rooms of one length");
     let starts = run_starts(pairs);
     let start = |run: u32| starts[run as usize] as usize;
     let length = |run: u32| starts.get(run as usize + 1).map_or(pairs.len(), |&s| s as usize) - start(run);
     let mut runs: Vec<Pair> =
         (0..starts.len() as u32).into_par_iter().map(|run| pair(key(pairs[start(run)]), run)).collect();
-    radix_sort(&mut runs, &mut Vec::new(), key_bits);
+    let mut spare_runs = vec![0; runs.len()];
+    let runs = radix_sort(&mut runs, &mut spare_runs, key_bits);
 
-    make_room(spare, pairs.len());
     let groups: Vec<&[Pair]> = runs.chunks(CHUNK).collect();
     let lengths = groups.par_iter().map(|group| group.iter().map(|&run| length(payload(run))).sum());
     let lengths: Vec<usize> = lengths.collect();
@@ -35,8 +40,7 @@ pub fn compressed_radix_sort(pairs: &mut Vec<Pair>, spare: &mut Vec<Pair>, key_b
             place = rest;
         }
     });
-    spare.truncate(pairs.len());
-    std::mem::swap(pairs, spare);
+    spare
 }
 
 /// Where each run of equal keys starts.

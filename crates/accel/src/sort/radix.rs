@@ -4,7 +4,7 @@
 //! chunk by chunk within a digit, and moves the pairs there. Pairs of equal keys keep their order, so the result depends
 //! neither on the chunks nor on the threads. A pass whose digit is the same everywhere is left out.
 
-use super::{Pair, key, make_room, parts};
+use super::{Pair, key, parts};
 use rayon::prelude::*;
 use std::slice::IterMut;
 
@@ -17,24 +17,28 @@ const MIN_CHUNK: usize = 1 << 14;
 /// Inputs up to this long are sorted by comparing.
 const FEW: usize = 192;
 
-/// Sorts `pairs` by the lower `key_bits` bits of their keys, stably; higher bits must be zero. `spare` is room for the
-/// passes, of any length, and may exchange its memory with `pairs`.
-pub fn radix_sort(pairs: &mut Vec<Pair>, spare: &mut Vec<Pair>, key_bits: u32) {
+/// Sorts `pairs` by the lower `key_bits` bits of their keys, stably; higher bits must be zero. The answer is in `pairs` or
+/// in `spare`, of the same length, and the other holds anything.
+///
+/// # Panics
+/// The lengths differ.
+pub fn radix_sort<'a>(pairs: &'a mut [Pair], spare: &'a mut [Pair], key_bits: u32) -> &'a mut [Pair] {
+    assert_eq!(pairs.len(), spare.len(), "rooms of one length");
     if pairs.len() <= FEW {
         pairs.sort_by_key(|&pair| key(pair));
-        return;
+        return pairs;
     }
     let passes = key_bits.min(32).div_ceil(MAX_DIGIT_BITS).max(1);
     let digit_bits = key_bits.min(32).div_ceil(passes);
-    make_room(spare, pairs.len());
-    spare.truncate(pairs.len());
     let chunk = pairs.len().div_ceil(4 * rayon::current_num_threads()).max(MIN_CHUNK);
+    let (mut from, mut to) = (pairs, spare);
     for pass in 0..passes {
         let digit = Digit { shift: 32 + pass * digit_bits, mask: (1 << digit_bits) - 1 };
-        if move_by_digit(pairs, spare, chunk, digit) {
-            std::mem::swap(pairs, spare);
+        if move_by_digit(from, to, chunk, digit) {
+            (from, to) = (to, from);
         }
     }
+    from
 }
 
 /// Some bits of a key.
