@@ -5,7 +5,7 @@
 use crate::BinaryTree;
 
 /// Cost of a step down, in units of testing a primitive.
-const STEP: f64 = 2.0;
+pub(crate) const STEP: f64 = 2.0;
 
 /// Figures about a binary tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,9 +4,9 @@
 //! one thread can take turns: while one computes, memory for the others arrives.
 
 use crate::instance::Placed;
+use crate::reach::{Reach, meet};
 use crate::{Hit, HitFilter, Tracer};
 use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
-use vastlight_accel::triangle::intersect;
 use vastlight_accel::wide::traverse::{Entry, Memory, RayLanes, Waiting};
 use vastlight_accel::wide::{Block8, ChildRef, Node8};
 use vastlight_math::Ray;
@@ -217,27 +217,11 @@ impl<'a, S: Simd8> Flight<'a, S> {
     #[inline(always)]
     fn test_block<F: HitFilter>(&mut self, simd: S, filter: &F) -> bool {
         let block = &self.blocks[self.current.index()];
-        let hits = intersect(simd, block, &self.triangles);
         let stage = &mut self.stages[MESH];
-        let mut lanes = hits.lanes;
-        let mut found = false;
-        while lanes != 0 {
-            let lane = lanes.trailing_zeros() as usize % 8;
-            lanes &= lanes - 1;
-            let t = hits.t[lane];
-            if t < self.t_min || t > stage.t_max {
-                continue;
-            }
-            let (instance, prim) = (self.instance, block.prims[lane]);
-            // On a tie the lower (instance, triangle) wins, whichever comes first.
-            if t == stage.t_max && (instance, prim) >= (self.best.instance, self.best.prim) {
-                continue;
-            }
-            let hit = Hit { t: t * stage.t_scale, u: hits.u[lane], v: hits.v[lane], instance, prim };
-            if F::ACCEPTS_ALL || filter.accepts(self.index, &hit) {
-                (self.best, stage.t_max, found) = (hit, t, true);
-            }
-        }
+        let mut reach = Reach { t_min: self.t_min, t_max: stage.t_max, t_scale: stage.t_scale };
+        let ray = (&self.triangles, self.index);
+        let found = meet(simd, (block, self.instance), ray, filter, &mut reach, &mut self.best);
+        stage.t_max = reach.t_max;
         found
     }
 }

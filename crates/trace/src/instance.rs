@@ -1,8 +1,9 @@
 //! Placed meshes: the map from world rays to the mesh's space, and boxes in the world.
 
-use vastlight_accel::wide::MeshBvh;
+use rayon::prelude::*;
 use vastlight_math::glam::{DAffine3, DMat3, DVec3};
 use vastlight_math::{Aabb, Affine3, Vec3};
+use vastlight_scene::{Instance, Scene};
 
 /// An instance as rays see it, 56 bytes.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +13,17 @@ pub(crate) struct Placed {
     /// Index of the mesh's structure.
     pub(crate) mesh: u32,
     identity: bool,
+}
+
+/// What placing a mesh needs to know of its structure.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MeshSpace {
+    /// Around all triangles, scaled; empty without triangles.
+    pub(crate) bounds: Aabb,
+    /// Largest absolute coordinate, scaled.
+    pub(crate) extent: f32,
+    /// Positions are the mesh's times this power of two.
+    pub(crate) scale: f32,
 }
 
 /// The box of an instance in the world, and how much its map spreads rounding.
@@ -55,8 +67,8 @@ impl Footprint {
     const MAX_SPREAD: f64 = 16_384.0;
 
     /// The footprint of `mesh` placed by `world_from_object`; an empty box for an empty mesh.
-    pub(crate) fn new(world_from_object: &Affine3, mesh: &MeshBvh) -> Self {
-        if mesh.root.is_none() {
+    pub(crate) fn new(world_from_object: &Affine3, mesh: &MeshSpace) -> Self {
+        if mesh.bounds.is_empty() {
             return Self { bounds: Aabb::EMPTY, spread: 1.0 };
         }
         let map = widen(world_from_object);
@@ -87,4 +99,36 @@ fn widen(map: &Affine3) -> DAffine3 {
 fn round_down(x: f64) -> f32 {
     let nearest = x as f32;
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
+}
+
+/// All instances of a scene, placed.
+#[derive(Debug)]
+pub(crate) struct Places {
+    pub(crate) placed: Vec<Placed>,
+    /// By instance; empty for an empty mesh.
+    pub(crate) boxes: Vec<Aabb>,
+    /// Largest absolute coordinate of the world.
+    pub(crate) extent: f32,
+    /// How much wider margins of world boxes are than those of a mesh.
+    pub(crate) margin_factor: f32,
+}
+
+impl Places {
+    /// Places the meshes of `scene`, whose structures have these spaces.
+    pub(crate) fn new(scene: &Scene, meshes: &[MeshSpace]) -> Self {
+        let place = |i: &Instance| {
+            let mesh = &meshes[i.mesh as usize];
+            (
+                Placed::new(&i.world_from_object, i.mesh, mesh.scale),
+                Footprint::new(&i.world_from_object, mesh),
+            )
+        };
+        let (placed, footprints): (Vec<Placed>, Vec<Footprint>) =
+            scene.instances().par_iter().map(place).unzip();
+        let boxes: Vec<Aabb> = footprints.iter().map(|f| f.bounds).collect();
+        let spread = footprints.iter().map(|f| f.spread).fold(1.0, f32::max);
+        let world = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
+        let extent = if world.is_empty() { 0.0 } else { world.min.abs().max(world.max.abs()).max_element() };
+        Self { placed, boxes, extent, margin_factor: 2.0 * spread }
+    }
 }

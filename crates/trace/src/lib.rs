@@ -7,6 +7,9 @@ pub mod bench;
 mod flight;
 mod hit;
 mod instance;
+mod kd;
+mod reach;
+pub mod stream;
 mod tracer;
 mod walk;
 

@@ -1,15 +1,17 @@
 //! A scene made traceable.
 
-use crate::instance::{Footprint, Placed};
+use crate::instance::{MeshSpace, Placed, Places};
+use crate::kd::{KdBatch, KdScene};
 use crate::walk::Batch;
 use crate::{AcceptAll, Hit, HitFilter};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 use vastlight_accel::build::resolve;
+use vastlight_accel::kdtree::{KdKind, KdMesh};
 use vastlight_accel::wide::traverse::stack_entries;
 use vastlight_accel::wide::{MeshBuild, MeshBvh, MeshView, TopBvh};
 use vastlight_accel::{BuildConfig, BuildError, Scratch};
-use vastlight_math::{Aabb, Ray};
+use vastlight_math::Ray;
 use vastlight_scene::{Mesh, Scene};
 use vastlight_simd::Level;
 
@@ -57,6 +59,8 @@ pub struct Tracer {
     pub(crate) meshes: Vec<MeshBvh>,
     pub(crate) placed: Vec<Placed>,
     pub(crate) top: TopBvh,
+    /// In the place of `meshes` and `top`.
+    pub(crate) kd: Option<KdScene>,
     /// Largest absolute coordinate of the world.
     pub(crate) extent: f32,
     /// How much wider margins of world boxes are than those of a mesh.
@@ -73,6 +77,9 @@ impl Tracer {
     /// # Errors
     /// [`TraceError::Build`] for an unknown builder, or a mesh that is too large.
     pub fn new(scene: &Scene, config: &TracerConfig) -> Result<Self, TraceError> {
+        if let Some(kind) = KdKind::from_name(&config.accel) {
+            return Self::over_kd_trees(scene, kind, config.level.unwrap_or_default());
+        }
         let start = Instant::now();
         let accel = resolve(&config.accel)?;
         let level = config.level.unwrap_or_default();
@@ -81,19 +88,9 @@ impl Tracer {
         let (meshes, builds): (Vec<_>, Vec<_>) = built.into_iter().unzip();
         let meshes_done = Instant::now();
 
-        let placed: Vec<Placed> = scene
-            .instances()
-            .par_iter()
-            .map(|i| Placed::new(&i.world_from_object, i.mesh, meshes[i.mesh as usize].scale))
-            .collect();
-        let footprints: Vec<Footprint> = scene
-            .instances()
-            .par_iter()
-            .map(|i| Footprint::new(&i.world_from_object, &meshes[i.mesh as usize]))
-            .collect();
-        let boxes: Vec<Aabb> = footprints.iter().map(|f| f.bounds).collect();
-        let spread = footprints.iter().map(|f| f.spread).fold(1.0, f32::max);
-        let world = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
+        let space = |m: &MeshBvh| MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale };
+        let places = Places::new(scene, &meshes.iter().map(space).collect::<Vec<_>>());
+        let Places { placed, boxes, extent, margin_factor } = places;
         let costs = |i: u32| builds[placed[i as usize].mesh as usize].quality.cost;
         let top = TopBvh::build(accel, &boxes, costs, &build, &mut Scratch::default())?;
         let stages = sum_stages(&builds, meshes_done.elapsed());
@@ -109,9 +106,46 @@ impl Tracer {
             cost: top.quality.cost,
             stages,
         };
-        let extent = if world.is_empty() { 0.0 } else { world.min.abs().max(world.max.abs()).max_element() };
         let stack_entries = stack_entries(top.levels + meshes.iter().map(|m| m.levels).max().unwrap_or(0));
-        Ok(Self { meshes, placed, top, extent, margin_factor: 2.0 * spread, stack_entries, level, report })
+        Ok(Self { meshes, placed, top, kd: None, extent, margin_factor, stack_entries, level, report })
+    }
+
+    /// Builds kd-trees instead.
+    fn over_kd_trees(scene: &Scene, kind: KdKind, level: Level) -> Result<Self, TraceError> {
+        let start = Instant::now();
+        let used = used_meshes(scene);
+        let triangles = used.iter().map(|mesh| mesh.map_or(0, |m| m.triangles.len() as u64)).sum();
+        let meshes = KdScene::meshes(&used, &kind)?;
+        let meshes_done = Instant::now();
+        let space = |m: &KdMesh| MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale };
+        let places = Places::new(scene, &meshes.iter().map(space).collect::<Vec<_>>());
+        let Places { placed, boxes, extent, margin_factor } = places;
+        let kd = KdScene::new(meshes, &placed, boxes, &kind)?;
+        let stages = vec![
+            ("meshes", milliseconds(meshes_done - start)),
+            ("instances", milliseconds(meshes_done.elapsed())),
+        ];
+        let report = BuildReport {
+            accel: kind.name,
+            triangles,
+            build_ms: milliseconds(start.elapsed()),
+            nodes: kd.nodes(),
+            references: kd.references(),
+            bytes: (kd.bytes() + size_of_val(&placed[..])) as u64,
+            cost: kd.cost(),
+            stages,
+        };
+        Ok(Self {
+            meshes: Vec::new(),
+            placed,
+            top: TopBvh::default(),
+            kd: Some(kd),
+            extent,
+            margin_factor,
+            stack_entries: 0,
+            level,
+            report,
+        })
     }
 
     /// The closest hit of each ray that `filter` accepts, on the calling thread; the filter is told the ray's index in `rays`.
@@ -120,13 +154,31 @@ impl Tracer {
     /// without a place in `hits` are not traced.
     pub fn closest<F: HitFilter>(&self, rays: &[Ray], filter: &F, hits: &mut [Hit]) {
         let rays = &rays[..rays.len().min(hits.len())];
-        self.level.dispatch(Batch::<_, _, false> { tracer: self, rays, filter, answers: hits });
+        match &self.kd {
+            None => self.level.dispatch(Batch::<_, _, false> { tracer: self, rays, filter, answers: hits }),
+            Some(kd) => {
+                self.level.dispatch(KdBatch::<_, _, false> { tracer: self, kd, rays, filter, answers: hits });
+            }
+        }
     }
 
     /// Whether each ray has a hit that `filter` accepts; otherwise as [`Tracer::closest`].
     pub fn occluded<F: HitFilter>(&self, rays: &[Ray], filter: &F, occluded: &mut [bool]) {
         let rays = &rays[..rays.len().min(occluded.len())];
-        self.level.dispatch(Batch::<_, _, true> { tracer: self, rays, filter, answers: occluded });
+        match &self.kd {
+            None => {
+                self.level.dispatch(Batch::<_, _, true> { tracer: self, rays, filter, answers: occluded })
+            }
+            Some(kd) => {
+                self.level.dispatch(KdBatch::<_, _, true> {
+                    tracer: self,
+                    kd,
+                    rays,
+                    filter,
+                    answers: occluded,
+                });
+            }
+        }
     }
 
     /// [`Tracer::closest`] without filter, with all threads of the current pool.
@@ -163,13 +215,24 @@ fn build_meshes(
     accel: &str,
     config: &BuildConfig,
 ) -> Result<Vec<(MeshBvh, MeshBuild)>, BuildError> {
-    let mut used = vec![false; scene.meshes().len()];
-    scene.instances().iter().for_each(|i| used[i.mesh as usize] = true);
-    let build = |scratch: &mut Scratch, (mesh, used): (&Mesh, &bool)| {
-        let triangles = if *used { mesh.triangles.as_slice() } else { &[] };
-        MeshBvh::build(accel, &MeshView { positions: &mesh.positions, triangles }, config, scratch)
-    };
-    scene.meshes().par_iter().zip(&used).map_init(Scratch::default, build).collect()
+    let build =
+        |scratch: &mut Scratch, mesh: &Option<&Mesh>| MeshBvh::build(accel, &view(*mesh), config, scratch);
+    used_meshes(scene).par_iter().map_init(Scratch::default, build).collect()
+}
+
+/// The meshes of a scene, none in the place of those that no instance uses.
+fn used_meshes(scene: &Scene) -> Vec<Option<&Mesh>> {
+    let mut used = vec![None; scene.meshes().len()];
+    scene.instances().iter().for_each(|i| used[i.mesh as usize] = scene.meshes().get(i.mesh as usize));
+    used
+}
+
+/// What a builder sees of a mesh.
+pub(crate) fn view(mesh: Option<&Mesh>) -> MeshView<'_> {
+    mesh.map_or(MeshView { positions: &[], triangles: &[] }, |m| MeshView {
+        positions: &m.positions,
+        triangles: &m.triangles,
+    })
 }
 
 fn sum_stages(builds: &[MeshBuild], top: Duration) -> Vec<(&'static str, f64)> {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::shapes::{closed_surface, random_soup, soup, thin_soup};
-use common::{BruteForce, Random, closest, occluded, rays_at, scene, tracer};
+use common::{ACCELS, BruteForce, Random, closest, occluded, rays_at, scene, streamed, tracer, tracer_over};
 use vastlight_math::glam::{DVec3, Quat};
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Mesh, Scene};
@@ -15,15 +15,26 @@ fn check(name: &str, scene: &Scene, rays: &[Ray], least_hits: usize) {
     let expected: Vec<_> = rays.iter().map(|r| oracle.closest(r)).collect();
     let hits = expected.iter().filter(|h| h.is_hit()).count();
     assert!(hits >= least_hits, "{name}: only {hits} of {} rays hit", rays.len());
-    for level in Level::available() {
-        let tracer = tracer(scene, level);
+    for (accel, level) in structures() {
+        let tracer = tracer_over(accel, scene, level);
         for (i, (found, expected)) in closest(&tracer, rays).iter().zip(&expected).enumerate() {
-            assert_eq!(found, expected, "{name}, {}, ray {i}: {:?}", level.name(), rays[i]);
+            assert_eq!(found, expected, "{name}, {accel}, {}, ray {i}: {:?}", level.name(), rays[i]);
         }
         for (found, expected) in occluded(&tracer, rays).iter().zip(&expected) {
-            assert_eq!(*found, expected.is_hit(), "{name}, {}", level.name());
+            assert_eq!(*found, expected.is_hit(), "{name}, {accel}, {}", level.name());
+        }
+        if tracer.has_stream_kernels() {
+            assert_eq!(streamed(&tracer, rays, false), expected, "{name}, {accel}, kernels");
+            for (found, expected) in streamed(&tracer, rays, true).iter().zip(&expected) {
+                assert_eq!(found.is_hit(), expected.is_hit(), "{name}, {accel}, kernels, occlusion");
+            }
         }
     }
+}
+
+/// Every structure at every level.
+fn structures() -> impl Iterator<Item = (&'static str, Level)> {
+    ACCELS.into_iter().flat_map(|accel| Level::available().into_iter().map(move |level| (accel, level)))
 }
 
 fn check_mesh(name: &str, mesh: Mesh, rays: &[Ray], least_hits: usize) {

@@ -3,7 +3,7 @@
 mod common;
 
 use common::shapes::{closed_surface, random_soup};
-use common::{BruteForce, Random, closest, occluded, rays_at, scene, tracer};
+use common::{ACCELS, BruteForce, Random, closest, occluded, rays_at, scene, streamed, tracer, tracer_over};
 use vastlight_math::{Affine3, FAR, Ray, Vec3};
 use vastlight_scene::{Scene, SceneDesc};
 use vastlight_simd::Level;
@@ -19,8 +19,8 @@ fn ball_and_others() -> Scene {
 fn rays_that_are_not_finite_miss() {
     let good = Ray::new(Vec3::new(0.1, 0.2, -3.0), Vec3::Z);
     for scene in [ball_and_others(), scene(vec![(closed_surface(8, 12, |_| 1.0), vec![Affine3::IDENTITY])])] {
-        for level in Level::available() {
-            let tracer = tracer(&scene, level);
+        for (accel, level) in ACCELS.into_iter().zip(Level::available().into_iter().cycle()) {
+            let tracer = tracer_over(accel, &scene, level);
             assert!(closest(&tracer, &[good])[0].is_hit());
             let mut bad = vec![
                 Ray { direction: Vec3::ZERO, ..good },
@@ -42,6 +42,9 @@ fn rays_that_are_not_finite_miss() {
             }
             assert!(closest(&tracer, &bad).iter().all(|h| *h == Hit::MISS));
             assert!(occluded(&tracer, &bad).iter().all(|o| !o));
+            if tracer.has_stream_kernels() {
+                assert!(streamed(&tracer, &bad, false).iter().all(|h| *h == Hit::MISS));
+            }
         }
     }
 }
@@ -63,8 +66,11 @@ fn the_length_of_a_direction_scales_t() {
 
 #[test]
 fn hits_lie_in_the_range_of_the_ray() {
-    let scene = ball_and_others();
-    let tracer = tracer(&scene, Level::detect());
+    ACCELS.iter().for_each(|accel| check_range(accel));
+}
+
+fn check_range(accel: &str) {
+    let tracer = tracer_over(accel, &ball_and_others(), Level::detect());
     let ray = Ray::new(Vec3::new(0.1, 0.2, -3.0), Vec3::Z);
     let first = closest(&tracer, &[ray])[0];
     // The ends belong to the range.
@@ -111,8 +117,8 @@ fn filters_see_every_hit_that_matters() {
             BruteForce::new(&common::scene(vec![(mesh, vec![Affine3::IDENTITY])]))
         })
         .collect();
-    for level in Level::available() {
-        let tracer = tracer(&scene, level);
+    for (accel, level) in ACCELS.into_iter().zip(Level::available().into_iter().cycle()) {
+        let tracer = tracer_over(accel, &scene, level);
         let (mut hits, mut shadows) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
         tracer.closest(&rays, &Sieve, &mut hits);
         tracer.occluded(&rays, &Sieve, &mut shadows);
@@ -144,6 +150,10 @@ fn empty_scenes_and_unknown_builders() {
     let tracer = tracer(&scene, Level::detect());
     assert_eq!(closest(&tracer, &[Ray::new(Vec3::ZERO, Vec3::Z)])[0], Hit::MISS);
     assert_eq!(tracer.report().triangles, 0);
+    for accel in ACCELS {
+        let ray = Ray::new(Vec3::ZERO, Vec3::Z);
+        assert_eq!(closest(&tracer_over(accel, &scene, Level::detect()), &[ray])[0], Hit::MISS);
+    }
     let config = TracerConfig { accel: "quantum".into(), ..TracerConfig::default() };
     assert!(matches!(Tracer::new(&scene, &config), Err(TraceError::Build(_))));
 }

@@ -7,7 +7,7 @@ mod pieces;
 mod top_down;
 
 use crate::sort::{Pair, make_room};
-use crate::{BinaryTree, Node, Reference};
+use crate::{BinaryTree, Node, Reference, kdtree};
 use vastlight_simd::{Level, Simd8};
 
 pub use binned::Binned;
@@ -36,11 +36,16 @@ impl Default for BuildConfig {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BuildError {
     /// No builder has this name.
-    #[error("no acceleration structure is called \"{0}\" (known: {known})", known = NAMES.join(", "))]
+    #[error("no acceleration structure is called \"{0}\" (known: {known})", known = known_names())]
     UnknownBuilder(String),
     /// More references than 31 bits count.
     #[error("{0} primitives are too many for one structure (at most 2^31 - 1)")]
     TooMany(usize),
+}
+
+/// All names of structures, for people.
+fn known_names() -> String {
+    NAMES.into_iter().chain(kdtree::NAMES).collect::<Vec<_>>().join(", ")
 }
 
 /// Memory that builds reuse: a second build of the same size allocates nothing here.

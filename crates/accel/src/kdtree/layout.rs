@@ -1,5 +1,6 @@
 //! Nodes of the threaded kd-tree: plain data that a GPU can share, indices and no pointers.
 
+use crate::quality::STEP;
 use vastlight_math::Aabb;
 
 /// A node, one cache line.
@@ -96,6 +97,24 @@ impl KdTree {
     #[must_use]
     pub fn bounds(&self) -> Aabb {
         self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds)
+    }
+
+    /// Cost of the tree as `C(root)` of [`crate::Quality`]; items have the costs of `item_cost`.
+    #[must_use]
+    pub fn cost(&self, item_cost: impl Fn(u32) -> f64) -> f64 {
+        let mut cost = vec![0.0_f64; self.nodes.len()];
+        for (i, node) in self.nodes.iter().enumerate().rev() {
+            if node.is_leaf() {
+                cost[i] = self.items[node.items()].iter().map(|&item| item_cost(item)).sum();
+                continue;
+            }
+            cost[i] = STEP;
+            for child in [node.lower(), node.lower() + 1] {
+                let part = self.nodes[child].bounds.half_area() / node.bounds.half_area();
+                cost[i] += cost[child] * if part.is_finite() { f64::from(part) } else { 1.0 };
+            }
+        }
+        cost.first().copied().unwrap_or(0.0)
     }
 
     /// Memory of nodes and items.

@@ -17,6 +17,8 @@ pub struct KdMesh {
     pub levels: usize,
     /// Triangles in leaves, a triangle counted in each.
     pub references: usize,
+    /// `C(root)`, see [`crate::Quality`].
+    pub cost: f64,
     /// Around all triangles, scaled.
     pub bounds: Aabb,
     /// Largest absolute coordinate of the mesh's vertices, used or not, scaled.
@@ -40,9 +42,10 @@ impl KdMesh {
             .collect();
         let tree = build(&boxes, config)?;
         let bounds = tree.bounds();
-        let (levels, references) = (tree.levels, tree.items.len());
+        let (levels, references, cost) = (tree.levels, tree.items.len(), tree.cost(|_| 1.0));
         let (nodes, blocks) = into_blocks(tree, mesh, scale);
-        Ok(Self { nodes, blocks, levels, references, bounds, extent: extent(&vertices) * scale, scale })
+        let extent = extent(&vertices) * scale;
+        Ok(Self { nodes, blocks, levels, references, cost, bounds, extent, scale })
     }
 
     /// Memory of nodes and blocks.

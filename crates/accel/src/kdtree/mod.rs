@@ -18,6 +18,7 @@
 
 mod build;
 mod cut;
+mod kind;
 mod layout;
 mod mesh;
 mod thread;
@@ -25,6 +26,7 @@ pub mod traverse;
 mod validate;
 
 pub use build::{Cuts, KdConfig, build};
+pub use kind::{KdKind, NAMES};
 pub use layout::{KdNode, KdTree};
 pub use mesh::KdMesh;
 pub use validate::{KdReport, KdViolation, validate};

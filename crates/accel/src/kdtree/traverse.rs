@@ -127,7 +127,7 @@ impl KdRay {
         None
     }
 
-    /// The first leaf that the ray meets before `t_max`; far children are put on `stack`.
+    /// The first leaf that the ray meets before `t_max`; far children are put on `stack`, which is emptied first.
     #[inline(always)]
     #[must_use]
     pub fn first_stacked(
@@ -136,6 +136,7 @@ impl KdRay {
         t_max: f32,
         stack: &mut Vec<(u32, Span)>,
     ) -> Option<(usize, Span)> {
+        stack.clear();
         let mut span = self.span(&nodes.first()?.bounds, t_max);
         if span.enter > span.leave {
             return None;
@@ -144,7 +145,7 @@ impl KdRay {
         Some((leaf, span))
     }
 
-    /// The next leaf from the part of `stack` above `floor`.
+    /// The next leaf from `stack`.
     #[inline(always)]
     #[must_use]
     pub fn after_stacked(
@@ -152,10 +153,8 @@ impl KdRay {
         nodes: &[KdNode],
         t_max: f32,
         stack: &mut Vec<(u32, Span)>,
-        floor: usize,
     ) -> Option<(usize, Span)> {
-        while stack.len() > floor {
-            let (node, mut span) = stack.pop()?;
+        while let Some((node, mut span)) = stack.pop() {
             span.leave = smaller(span.leave, t_max);
             if span.enter <= span.leave {
                 let aside = |far, beyond| stack.push((far as u32, beyond));

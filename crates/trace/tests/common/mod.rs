@@ -6,6 +6,7 @@ pub(crate) mod shapes;
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
 use vastlight_simd::Level;
+use vastlight_trace::stream::{Outlets, StreamRay};
 use vastlight_trace::{AcceptAll, Hit, Tracer, TracerConfig};
 
 /// A small generator of numbers for tests: xorshift64*.
@@ -48,7 +49,33 @@ pub(crate) fn scene(meshes: Vec<(Mesh, Vec<Affine3>)>) -> Scene {
 
 /// A tracer at a level.
 pub(crate) fn tracer(scene: &Scene, level: Level) -> Tracer {
-    Tracer::new(scene, &TracerConfig { level: Some(level), ..TracerConfig::default() }).expect("built")
+    tracer_over("", scene, level)
+}
+
+/// Names of structures for tests: the default, kd-trees by threads and with a stack.
+pub(crate) const ACCELS: [&str; 4] = ["", "kd-threaded", "kd-threaded-sah", "kd-stack"];
+
+/// A tracer over a structure by name.
+pub(crate) fn tracer_over(accel: &str, scene: &Scene, level: Level) -> Tracer {
+    let config = TracerConfig { level: Some(level), accel: accel.into() };
+    Tracer::new(scene, &config).expect("built")
+}
+
+/// Hits of all rays by the kernels of the stream tracer: the closest, or some.
+pub(crate) fn streamed(tracer: &Tracer, rays: &[Ray], any: bool) -> Vec<Hit> {
+    let mut stream: Vec<StreamRay> = rays.iter().map(|ray| StreamRay::new(ray, any)).collect();
+    let mut waiting: Vec<u32> = (0..rays.len() as u32).collect();
+    let mut ended = Vec::new();
+    while !waiting.is_empty() {
+        let mut at_leaves = Vec::new();
+        tracer.traverse(&mut stream, &waiting, Outlets { on: &mut at_leaves, ended: &mut ended });
+        waiting.clear();
+        let outlets = Outlets { on: &mut waiting, ended: &mut ended };
+        tracer.intersect(&mut stream, &at_leaves, &AcceptAll, outlets);
+    }
+    ended.sort_unstable();
+    assert!(ended.into_iter().eq(0..rays.len() as u32), "every ray ends once");
+    stream.iter().map(StreamRay::hit).collect()
 }
 
 /// Closest hits of all rays.
