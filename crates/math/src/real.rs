@@ -5,22 +5,32 @@
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
 
+/// 1.5 * 2^23. Its sum with a number below 2^22 has no room for a fraction.
+const NO_FRACTION: f32 = 12_582_912.0;
+
+/// `x` rounded to the nearest integer, ties to even, for |x| < 2^22; with the last bits of that integer.
+#[inline]
+fn nearest(x: f32) -> (f32, u32) {
+    let shifted = x + NO_FRACTION;
+    (shifted - NO_FRACTION, shifted.to_bits())
+}
+
 /// Sine and cosine of `x` in radians; accurate for |x| up to about 8000, which any angle in a renderer is.
 #[inline]
 #[must_use]
 pub fn sin_cos(x: f32) -> (f32, f32) {
-    let quarter = (x * (2.0 / PI)).round_ties_even();
+    let (quarter, quarter_bits) = nearest(x * (2.0 / PI));
     // pi/2 in three parts, so that the reduction is exact to f32.
     let r = ((x - quarter * 1.570_312_5) - quarter * 4.837_513e-4) - quarter * 7.549_79e-8;
     let z = r * r;
     let sin = ((-1.951_529_6e-4 * z + 8.332_161e-3) * z - 1.666_665_5e-1) * z * r + r;
     let cos = ((2.443_315_7e-5 * z - 1.388_731_6e-3) * z + 4.166_664_6e-2) * z * z - 0.5 * z + 1.0;
-    match (quarter as i32) & 3 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
-    }
+    // Odd quarters swap sine and cosine. Without branches: angles of samples cannot be foretold.
+    let (sin, cos) = (sin.to_bits(), cos.to_bits());
+    let swap = (sin ^ cos) & (quarter_bits & 1).wrapping_neg();
+    let sin_sign = (quarter_bits & 2) << 30;
+    let cos_sign = (quarter_bits.wrapping_add(1) & 2) << 30;
+    (f32::from_bits(sin ^ swap ^ sin_sign), f32::from_bits(cos ^ swap ^ cos_sign))
 }
 
 /// Sine of `x` radians. See [`sin_cos`].
@@ -58,7 +68,7 @@ pub fn exp(x: f32) -> f32 {
     if x < -87.3 {
         return 0.0;
     }
-    let n = (x * LOG2_E).round_ties_even();
+    let (n, _) = nearest(x * LOG2_E);
     let r = (x - n * 0.693_359_4) + n * 2.121_944_4e-4;
     let p = ((((1.987_569_1e-4 * r + 1.398_199_9e-3) * r + 8.333_452e-3) * r + 4.166_579_6e-2) * r
         + 1.666_666_5e-1)

@@ -2,7 +2,7 @@
 
 use crate::real::sin_cos;
 use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
 /// The unit disc, uniformly and with little distortion (Shirley and Chiu 1997, "A low distortion map between disk and
 /// square"). Density [`DISK_PDF`].
@@ -13,13 +13,12 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
     if p == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    let (radius, angle) = if p.x.abs() > p.y.abs() {
-        (p.x, FRAC_PI_4 * (p.y / p.x))
-    } else {
-        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
-    };
-    let (sin, cos) = sin_cos(angle);
-    Vec2::new(radius * cos, radius * sin)
+    // The angle is measured from the axis that is nearer. Selections, not branches: either is as likely.
+    let wide = p.x.abs() > p.y.abs();
+    let (radius, other) = if wide { (p.x, p.y) } else { (p.y, p.x) };
+    let (sin, cos) = sin_cos(FRAC_PI_4 * (other / radius));
+    let (along, across) = (radius * cos, radius * sin);
+    if wide { Vec2::new(along, across) } else { Vec2::new(across, along) }
 }
 
 /// Density of [`concentric_disk`] over area.
