@@ -44,6 +44,7 @@ impl Mesh {
     }
 
     /// The material of a triangle.
+    #[inline]
     #[must_use]
     pub fn material_of(&self, triangle: u32) -> u32 {
         match self.parts.partition_point(|p| p.first_triangle <= triangle) {

@@ -61,7 +61,7 @@ impl PixelFilter {
 #[derive(Clone, Debug)]
 pub struct FilterSampler {
     /// Offsets in pixels at equal steps of probability.
-    offsets: Vec<f32>,
+    offsets: Box<[f32; STEPS + 1]>,
 }
 
 /// Steps of the inverse distribution.
@@ -90,7 +90,7 @@ impl FilterSampler {
             let inside = if width > 0.0 { (target - cumulative[bin]) / width } else { 0.0 };
             x_of(bin as f32 + inside.clamp(0.0, 1.0) as f32) * radius
         };
-        Self { offsets: (0..=STEPS).map(offset_at).collect() }
+        Self { offsets: Box::new(std::array::from_fn(offset_at)) }
     }
 
     /// An offset from the pixel's centre, in pixels.
@@ -103,7 +103,7 @@ impl FilterSampler {
     #[inline]
     fn sample_1d(&self, u: f32) -> f32 {
         let scaled = u * STEPS as f32;
-        let step = (scaled as usize).min(STEPS - 1);
+        let step = (scaled as i32).clamp(0, STEPS as i32 - 1) as usize;
         let (a, b) = (self.offsets[step], self.offsets[step + 1]);
         a + (b - a) * (scaled - step as f32)
     }
