@@ -28,8 +28,9 @@ impl Shade for AmbientOcclusion {
             sample.radiance = Vec3::ONE;
             return None;
         }
-        let vertex = Vertex::new(context, &ray, &hit);
-        vertex.describe(context, &vertex.bsdf(context, path), &ray, &hit, sample);
+        let (mut own_material, mut own_bsdf) = (None, None);
+        let vertex = Vertex::new(context, &ray, &hit, &mut own_material);
+        vertex.describe(context, vertex.bsdf(context, path, &mut own_bsdf), &ray, &hit, sample);
         let u = path.sampler.at_dimension(CAMERA_DIMENSIONS).next_2d();
         let direction = Frame::from_z(vertex.facing_normal()).to_outer(warp::cosine_hemisphere(u));
         let geometric = if vertex.outside { vertex.surface.normal } else { -vertex.surface.normal };

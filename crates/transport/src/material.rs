@@ -1,6 +1,6 @@
 //! From a scene's materials and a point's attributes to the numbers that the scattering needs.
 
-use crate::bsdf::{BsdfParams, Metal};
+use crate::bsdf::{Bsdf, BsdfParams, Metal};
 use crate::texture::PreparedTexture;
 use vastlight_math::{Frame, Vec2, Vec3, Vec4, real};
 use vastlight_scene::{AlphaMode, Channel, ColorInput, Material, NormalMap, ScalarInput, Scene};
@@ -78,8 +78,9 @@ pub struct MaterialTable<'s> {
 #[derive(Clone, Debug)]
 struct Row<'s> {
     material: &'s Material,
-    /// The evaluation without textures and vertex colour.
+    /// The evaluation without textures and vertex colour, and its scattering.
     plain: Evaluated,
+    bsdf: Bsdf,
     textured: bool,
     uv_sets: usize,
 }
@@ -111,6 +112,13 @@ impl<'s> MaterialTable<'s> {
             }
         }
         out
+    }
+
+    /// The material and its scattering in empty space, if nothing changes them at `point`: no texture, no vertex colour.
+    #[inline]
+    pub(crate) fn uniform(&self, material: u32, point: &ShadingPoint) -> Option<(&Evaluated, &Bsdf)> {
+        let row = &self.rows[material as usize];
+        (!row.textured && point.color == Vec4::ONE).then_some((&row.plain, &row.bsdf))
     }
 
     /// Coverage at a point: 1 for an opaque surface, 0 or 1 for a masked one.
@@ -263,9 +271,12 @@ impl<'s> Row<'s> {
         let used = textures_of(m);
         let uv_sets =
             used.iter().filter_map(|&i| textures.get(i as usize)).map(|t| t.uv_set() as usize + 1).max();
+        let mut plain = plain(m);
+        plain.alpha = Lookups { textures: &[], point: &ShadingPoint::default(), last: None }.alpha(m);
         Self {
             material: m,
-            plain: plain(m),
+            bsdf: Bsdf::new(&plain.params),
+            plain,
             textured: !used.is_empty(),
             uv_sets: uv_sets.unwrap_or(0).min(UV_SETS),
         }

@@ -30,7 +30,8 @@ pub(crate) struct ShadowFilter<'a> {
 impl ShadowFilter<'_> {
     /// The channels that the pane at a hit blocks.
     fn blocks(&self, ray: usize, hit: &Hit) -> u8 {
-        let vertex = Vertex::new(self.alpha.context, &self.rays[ray], hit);
+        let mut own = None;
+        let vertex = Vertex::new(self.alpha.context, &self.rays[ray], hit, &mut own);
         let bsdf = Bsdf::new(&vertex.evaluated.params);
         let passed = bsdf.straight(vertex.frame.to_local(vertex.wo));
         // Another number than the one that decides about alpha.

@@ -4,6 +4,7 @@
 //! The estimator, its weights and its conventions are written down in docs/transport.md.
 
 use crate::bsdf::{Bsdf, BsdfSample};
+use crate::light::{Odds, Weights};
 use crate::medium::transmittance;
 use crate::vertex::Vertex;
 use crate::wavefront::{CAMERA_DIMENSIONS, Context, PathState, Shade, ShadeInput, ShadowQueue};
@@ -44,6 +45,7 @@ impl VertexRandom {
         Self { sampler, first: CAMERA_DIMENSIONS.wrapping_add(before) }
     }
 
+    #[inline(always)]
     fn dimension(&self, offset: u32) -> Sampler {
         self.sampler.at_dimension(self.first.wrapping_add(offset))
     }
@@ -64,6 +66,7 @@ impl VertexRandom {
 }
 
 impl Shade for PathTracing {
+    #[inline(always)]
     fn shade(&self, at: ShadeInput<'_>, path: &mut PathState, shadows: &mut ShadowQueue) -> Option<Ray> {
         let ShadeInput { context, depth, ray, hit, sample } = at;
         // Going straight through a pane is no new segment: shadow rays, which do the same, have none either.
@@ -75,11 +78,12 @@ impl Shade for PathTracing {
             }
             return None;
         }
-        let vertex = Vertex::new(context, &ray, &hit);
+        let (mut own_material, mut own_bsdf) = (None, None);
+        let vertex = Vertex::new(context, &ray, &hit, &mut own_material);
         path.throughput *= absorption(context, &vertex, path, hit.t);
-        let bsdf = vertex.bsdf(context, path);
+        let bsdf = vertex.bsdf(context, path, &mut own_bsdf);
         if depth == 1 {
-            vertex.describe(context, &bsdf, &ray, &hit, sample);
+            vertex.describe(context, bsdf, &ray, &hit, sample);
         }
         if !visible {
             return None;
@@ -96,14 +100,19 @@ impl Shade for PathTracing {
         }
         let random = VertexRandom::new(path.sampler, depth);
         let light_normal = if bsdf.transmits() { Vec3::ZERO } else { vertex.facing_normal() };
-        if bsdf.has_nondelta() && !ends {
+        let mut odds = Odds::default();
+        if bsdf.has_nondelta()
+            && !ends
+            && let Some(weights) = context.lights.weights(vertex.surface.position, light_normal)
+        {
+            odds = weights.odds;
             let key = path.shadow_key(depth);
-            let connection = connect(context, &vertex, &bsdf, path, light_normal, &random);
+            let connection = connect(context, &vertex, bsdf, path, (&weights, light_normal), &random);
             if let Some((shadow_ray, radiance)) = connection {
                 shadows.push(path.slot, key, Ray { time: ray.time, ..shadow_ray }, radiance);
             }
         }
-        let (next, straight) = continue_path(&vertex, &bsdf, path, &random)?;
+        let (next, straight) = continue_path(&vertex, bsdf, path, &random)?;
         if ends && !straight {
             return None;
         }
@@ -112,6 +121,7 @@ impl Shade for PathTracing {
         } else {
             path.origin = vertex.surface.position;
             path.normal = light_normal;
+            path.odds = odds;
         }
         let roulette = context.settings.russian_roulette && depth >= ROULETTE_DEPTH;
         if roulette && !survives(path, random.roulette()) {
@@ -122,13 +132,14 @@ impl Shade for PathTracing {
 }
 
 /// Radiance from infinity, weighted against light sampling.
+#[inline(always)]
 fn background(context: &Context<'_>, path: &PathState, direction: Vec3) -> Vec3 {
     let radiance = context.lights.environment(direction);
     if radiance == Vec3::ZERO {
         return Vec3::ZERO;
     }
     let weight = if path.pdf > 0.0 {
-        let light = context.lights.pdf_environment(path.origin, path.normal, direction);
+        let light = context.lights.density_of_direction(path.odds, path.normal, direction);
         context.settings.direct_sampling.weight_of_bsdf(path.pdf, light)
     } else {
         1.0
@@ -137,18 +148,20 @@ fn background(context: &Context<'_>, path: &PathState, direction: Vec3) -> Vec3 
 }
 
 /// Weight of emission that the path's ray ran into, against light sampling at the last vertex.
-fn seen_from(path: &PathState, context: &Context<'_>, vertex: &Vertex, hit: &Hit) -> f32 {
+#[inline(always)]
+fn seen_from(path: &PathState, context: &Context<'_>, vertex: &Vertex<'_>, hit: &Hit) -> f32 {
     if path.pdf <= 0.0 {
         return 1.0;
     }
-    let position = vertex.surface.position;
-    let light = context.lights.pdf_hit(path.origin, path.normal, hit.instance, hit.prim, position);
+    let (place, position) = ((hit.instance, hit.prim), vertex.surface.position);
+    let light = context.lights.density_of_hit(path.odds, path.origin, path.normal, place, position);
     context.settings.direct_sampling.weight_of_bsdf(path.pdf, light)
 }
 
 /// Absorption on the way to `vertex`: by the volume around the path, or, when the camera stood in a volume, by the
 /// one that the path is about to leave.
-fn absorption(context: &Context<'_>, vertex: &Vertex, path: &PathState, distance: f32) -> Vec3 {
+#[inline(always)]
+fn absorption(context: &Context<'_>, vertex: &Vertex<'_>, path: &PathState, distance: f32) -> Vec3 {
     match path.media.current() {
         Some(material) => transmittance(context.materials.attenuation(material), distance),
         None if !vertex.outside && vertex.bounds_volume() => {
@@ -159,17 +172,18 @@ fn absorption(context: &Context<'_>, vertex: &Vertex, path: &PathState, distance
 }
 
 /// Next-event estimation: a shadow ray and what it carries.
+#[inline(always)]
 fn connect(
     context: &Context<'_>,
-    vertex: &Vertex,
+    vertex: &Vertex<'_>,
     bsdf: &Bsdf,
     path: &PathState,
-    light_normal: Vec3,
+    (weights, light_normal): (&Weights, Vec3),
     random: &VertexRandom,
 ) -> Option<(Ray, Vec3)> {
     let from = vertex.surface.position;
     let (u_pick, u) = random.light();
-    let light = context.lights.sample(from, light_normal, u_pick, u)?;
+    let light = context.lights.draw(weights, from, light_normal, u_pick, u)?;
     let wi = vertex.local_if_consistent(light.wi)?;
     let (value, bsdf_pdf) = bsdf.eval_pdf(vertex.frame.to_local(vertex.wo), wi);
     let sampling = context.settings.direct_sampling;
@@ -192,8 +206,9 @@ fn connect(
 
 /// Draws the next direction and moves the path's state over the surface. True if the path goes straight through a
 /// pane: it then keeps the density of its last scattering, as shadow rays through the pane expect.
+#[inline(always)]
 fn continue_path(
-    vertex: &Vertex,
+    vertex: &Vertex<'_>,
     bsdf: &Bsdf,
     path: &mut PathState,
     random: &VertexRandom,

@@ -18,9 +18,10 @@ impl Shade for Primary {
             sample.radiance = Vec3::splat(0.35 + 0.25 * ray.direction.y.clamp(-1.0, 1.0));
             return None;
         }
-        let vertex = Vertex::new(context, &ray, &hit);
-        let bsdf = vertex.bsdf(context, path);
-        vertex.describe(context, &bsdf, &ray, &hit, sample);
+        let (mut own_material, mut own_bsdf) = (None, None);
+        let vertex = Vertex::new(context, &ray, &hit, &mut own_material);
+        let bsdf = vertex.bsdf(context, path, &mut own_bsdf);
+        vertex.describe(context, bsdf, &ray, &hit, sample);
         let facing = vertex.facing_normal().dot(vertex.wo).max(0.0);
         sample.radiance = vertex.emission(context) + bsdf.albedo() * (0.2 + 0.8 * facing);
         None

@@ -39,6 +39,7 @@ impl Surface {
     ///
     /// `uv_sets` are needed, the others stay zero. `tangent_uv` names the texture coordinate set that orients the
     /// tangent where the mesh has no tangents of its own; `None` leaves the tangent zero.
+    #[inline(always)]
     #[must_use]
     pub fn new(scene: &Scene, hit: &Hit, uv_sets: usize, tangent_uv: Option<u32>) -> Self {
         let instance = &scene.instances()[hit.instance as usize];
@@ -68,6 +69,7 @@ impl Surface {
     /// The frame of the interpolated normal: z outside, x along the tangent, y along the bitangent. Left-handed where
     /// the texture is mirrored.
     #[must_use]
+    #[inline(always)]
     pub fn frame(&self) -> Frame {
         if self.tangent == Vec4::ZERO {
             return Frame::from_z(self.smooth_normal);
@@ -79,6 +81,7 @@ impl Surface {
     /// The shading frame `frame`, bent as far as needed for `wo` and its mirror direction to lie on their side of the
     /// geometric surface: no point is black because its shading normal looks away.
     #[must_use]
+    #[inline(always)]
     pub fn facing(&self, frame: Frame, wo: Vec3) -> Frame {
         if frame.z == self.normal {
             return frame;
@@ -101,6 +104,7 @@ pub(crate) fn attributes(scene: &Scene, hit: &Hit, uv_sets: usize) -> ShadingPoi
 }
 
 /// The interpolated normal in the half space of `normal`; `normal` itself where there is none.
+#[inline(always)]
 fn smooth_normal(mesh: &Mesh, corners: &Corners, to_world: &ToWorld, normal: Vec3) -> Vec3 {
     if mesh.normals.is_empty() {
         return normal;
@@ -127,6 +131,7 @@ impl Corners {
         self.index.map(|i| values[i])
     }
 
+    #[inline(always)]
     fn attributes(&self, mesh: &Mesh, uv_sets: usize) -> ShadingPoint {
         let mut point = ShadingPoint::default();
         for (uv, set) in point.uvs.iter_mut().take(uv_sets).zip(&mesh.uvs) {
@@ -151,6 +156,7 @@ impl Corners {
 
 /// Unit normal in object space. In double precision the edges and their products are exact, so that slivers have
 /// good normals too.
+#[inline(always)]
 fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     let (a, b, c): (DVec3, DVec3, DVec3) = (a.into(), b.into(), c.into());
     (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3()

@@ -10,10 +10,12 @@ use vastlight_math::{Frame, Ray, Vec3};
 use vastlight_trace::Hit;
 
 /// Everything about the point that a ray met, seen from where the ray came.
-pub(crate) struct Vertex {
+pub(crate) struct Vertex<'a> {
     pub(crate) surface: Surface,
     pub(crate) material: u32,
-    pub(crate) evaluated: Evaluated,
+    pub(crate) evaluated: &'a Evaluated,
+    /// The scattering in empty space, where it is known already.
+    prepared: Option<&'a Bsdf>,
     /// Shading frame, z outside.
     pub(crate) frame: Frame,
     /// Unit direction back along the ray, in world space.
@@ -22,20 +24,37 @@ pub(crate) struct Vertex {
     pub(crate) outside: bool,
 }
 
-impl Vertex {
-    pub(crate) fn new(context: &Context<'_>, ray: &Ray, hit: &Hit) -> Self {
+impl<'a> Vertex<'a> {
+    /// `own` takes the material where it is not the same everywhere.
+    #[inline(always)]
+    pub(crate) fn new(
+        context: &'a Context<'_>,
+        ray: &Ray,
+        hit: &Hit,
+        own: &'a mut Option<Evaluated>,
+    ) -> Self {
         let mesh = &context.scene.meshes()[context.scene.instances()[hit.instance as usize].mesh as usize];
         let material = mesh.material_of(hit.prim);
         let table = context.materials;
         let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context, material));
         let surface = Surface::new(context.scene, hit, table.uv_sets(material), tangent_uv);
-        let mut evaluated = table.evaluate(material, &surface.attributes);
+        let mut frame = surface.frame();
+        let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {
+            Some((evaluated, bsdf)) => (evaluated, Some(bsdf)),
+            None => {
+                let evaluated = own.insert(table.evaluate(material, &surface.attributes));
+                frame = evaluated.shading_frame(&frame);
+                (&*evaluated, None)
+            }
+        };
         let wo = -ray.direction;
-        let frame = surface.facing(evaluated.shading_frame(&surface.frame()), wo);
-        Self { surface, material, evaluated, frame, wo, outside: wo.dot(surface.normal) >= 0.0 }
+        let frame = surface.facing(frame, wo);
+        let outside = wo.dot(surface.normal) >= 0.0;
+        Self { surface, material, evaluated, prepared, frame, wo, outside }
     }
 
     /// Emitted radiance towards the ray.
+    #[inline(always)]
     pub(crate) fn emission(&self, context: &Context<'_>) -> Vec3 {
         if self.outside || self.evaluated.unlit || context.materials.is_two_sided(self.material) {
             self.evaluated.emission
@@ -58,8 +77,22 @@ impl Vertex {
         }
     }
 
-    /// The scattering for `path`: with the index of refraction relative to the medium around the volume.
-    pub(crate) fn bsdf(&self, context: &Context<'_>, path: &PathState) -> Bsdf {
+    /// The scattering for `path`, in `own` unless it is known already.
+    #[inline(always)]
+    pub(crate) fn bsdf<'b>(
+        &'b self,
+        context: &Context<'_>,
+        path: &PathState,
+        own: &'b mut Option<Bsdf>,
+    ) -> &'b Bsdf {
+        match self.prepared {
+            Some(bsdf) if !self.bounds_volume() => bsdf,
+            _ => own.insert(self.bsdf_in_medium(context, path)),
+        }
+    }
+
+    /// The scattering with the index of refraction relative to the medium around the volume.
+    fn bsdf_in_medium(&self, context: &Context<'_>, path: &PathState) -> Bsdf {
         let mut params = self.evaluated.params;
         if !self.bounds_volume() {
             return Bsdf::new(&params);
@@ -85,6 +118,7 @@ impl Vertex {
     }
 
     /// Fills in what a sample says about its first surface.
+    #[inline(always)]
     pub(crate) fn describe(
         &self,
         context: &Context<'_>,
@@ -106,6 +140,7 @@ impl Vertex {
     }
 
     /// Shading normal on the side of the ray.
+    #[inline(always)]
     pub(crate) fn facing_normal(&self) -> Vec3 {
         if self.outside { self.frame.z } else { -self.frame.z }
     }

@@ -205,6 +205,7 @@ impl Bsdf {
     }
 
     /// Whether the surface is a smooth thin wall that light goes straight through: a window pane.
+    #[inline]
     #[must_use]
     pub fn is_pane(&self) -> bool {
         matches!(&self.kind, Kind::Layered(layered) if layered.is_pane())
@@ -221,6 +222,7 @@ impl Bsdf {
     }
 
     /// Colour for the albedo AOV, 0..1: diffuse and specular together, independent of direction.
+    #[inline]
     #[must_use]
     pub fn albedo(&self) -> Vec3 {
         match &self.kind {
@@ -230,6 +232,7 @@ impl Bsdf {
     }
 
     /// Whether a lobe of finite width is there, so that sampling the lights is worth it.
+    #[inline]
     #[must_use]
     pub fn has_nondelta(&self) -> bool {
         match &self.kind {
@@ -239,6 +242,7 @@ impl Bsdf {
     }
 
     /// Whether a lobe of finite width leads through the surface, so that lights behind it are worth sampling.
+    #[inline]
     #[must_use]
     pub fn transmits(&self) -> bool {
         match &self.kind {

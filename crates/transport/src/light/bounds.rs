@@ -168,7 +168,7 @@ impl Node {
     /// An estimate of the irradiance at `from` on a surface facing `normal` (zero: facing any way); positive wherever
     /// some light of the node can reach the front of that surface, and mostly zero elsewhere. Without `directions` the
     /// lights' normals are not looked at.
-    #[inline]
+    #[inline(always)]
     pub(super) fn importance(&self, from: Vec3, normal: Vec3, directions: bool) -> f32 {
         let to_point = from - self.center;
         let distance_squared = to_point.length_squared();
@@ -188,7 +188,7 @@ impl Node {
     }
 
     /// Mean cosine between the normals and the direction `w` to the point, clipped at zero; 0 where no light goes.
-    #[inline]
+    #[inline(always)]
     fn emitted_cosine(&self, w: Vec3, sin_b: f32) -> f32 {
         let cos_axis = self.axis.dot(w);
         if self.flags & FRONT_OF_PLANE != 0 {

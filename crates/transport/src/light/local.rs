@@ -45,7 +45,7 @@ impl<'a> LocalLights<'a> {
     }
 
     /// An estimate of the irradiance from all of them; its total is zero where none can matter.
-    #[inline]
+    #[inline(always)]
     pub(super) fn estimate(&self, from: Vec3, normal: Vec3) -> Estimate {
         self.tree.estimate(from, normal, true)
     }
@@ -78,7 +78,6 @@ impl<'a> LocalLights<'a> {
     #[inline]
     pub(super) fn pdf(
         &self,
-        estimate: &Estimate,
         from: Vec3,
         normal: Vec3,
         (instance, triangle): (u32, u32),
@@ -86,7 +85,8 @@ impl<'a> LocalLights<'a> {
     ) -> f32 {
         let Some(found) = self.surfaces.find(instance, triangle) else { return 0.0 };
         let trail = self.trails[found.0 as usize];
-        let probability = self.tree.probability(estimate, trail, from, normal, true);
+        let estimate = self.estimate(from, normal);
+        let probability = self.tree.probability(&estimate, trail, from, normal, true);
         if probability <= 0.0 {
             return 0.0;
         }

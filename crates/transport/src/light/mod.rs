@@ -64,12 +64,19 @@ pub struct Lights<'a> {
     distant: DistantLights<'a>,
 }
 
-/// Probabilities of the groups at a point.
-struct Weights {
+/// Probabilities at a point of the groups whose light a ray can find by itself.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Odds {
     local: f32,
-    estimate: Estimate,
     background: f32,
     sun: f32,
+}
+
+/// What the choice of a light at a point depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weights {
+    pub(crate) odds: Odds,
+    estimate: Estimate,
     /// 1 / the sum of all groups' weights, to scale those of the directional lights.
     scale: f32,
 }
@@ -102,30 +109,43 @@ impl<'a> Lights<'a> {
     /// [0, 1). `None` means that the sample is black.
     #[must_use]
     pub fn sample(&self, from: Vec3, normal: Vec3, u_pick: f32, u: Vec2) -> Option<LightSample> {
-        let weights = self.weights(from, normal)?;
-        let mut pick = u_pick;
-        if pick < weights.local {
-            let pick = (pick / weights.local).min(ONE_MINUS_EPSILON);
-            let sample = self.local.sample(&weights.estimate, from, normal, pick, u)?;
-            return Some(LightSample { pdf: sample.pdf * weights.local, ..sample });
-        }
-        pick -= weights.local;
-        if pick < weights.background {
-            let wi = self.distant.sample_background(normal, u)?;
-            return self.distant_sample(&weights, normal, wi);
-        }
-        pick -= weights.background;
-        if pick < weights.sun {
-            let wi = self.distant.sample_sun(u)?;
-            return self.distant_sample(&weights, normal, wi);
-        }
-        pick -= weights.sun;
-        self.sample_directional(&weights, normal, pick)
+        self.draw(&self.weights(from, normal)?, from, normal, u_pick, u)
     }
 
-    fn distant_sample(&self, weights: &Weights, normal: Vec3, wi: Vec3) -> Option<LightSample> {
+    /// [`Lights::sample`] with the weights for the same arguments.
+    #[inline(always)]
+    pub(crate) fn draw(
+        &self,
+        weights: &Weights,
+        from: Vec3,
+        normal: Vec3,
+        u_pick: f32,
+        u: Vec2,
+    ) -> Option<LightSample> {
+        let Odds { local, background, sun } = weights.odds;
+        let mut pick = u_pick;
+        if pick < local {
+            let pick = (pick / local).min(ONE_MINUS_EPSILON);
+            let sample = self.local.sample(&weights.estimate, from, normal, pick, u)?;
+            return Some(LightSample { pdf: sample.pdf * local, ..sample });
+        }
+        pick -= local;
+        if pick < background {
+            let wi = self.distant.sample_background(normal, u)?;
+            return self.distant_sample(weights.odds, normal, wi);
+        }
+        pick -= background;
+        if pick < sun {
+            let wi = self.distant.sample_sun(u)?;
+            return self.distant_sample(weights.odds, normal, wi);
+        }
+        pick -= sun;
+        self.sample_directional(weights, normal, pick)
+    }
+
+    fn distant_sample(&self, odds: Odds, normal: Vec3, wi: Vec3) -> Option<LightSample> {
         let radiance = self.distant.radiance(wi);
-        let pdf = self.distant_pdf(weights, normal, wi);
+        let pdf = self.density_of_direction(odds, normal, wi);
         (radiance != Vec3::ZERO && pdf > 0.0).then_some(LightSample {
             wi,
             distance: FAR,
@@ -155,29 +175,40 @@ impl<'a> Lights<'a> {
     /// surface is no light. `instance` and `triangle` are those of the hit.
     #[must_use]
     pub fn pdf_hit(&self, from: Vec3, normal: Vec3, instance: u32, triangle: u32, position: Vec3) -> f32 {
-        match self.weights(from, normal) {
-            Some(weights) if weights.local > 0.0 => {
-                weights.local
-                    * self.local.pdf(&weights.estimate, from, normal, (instance, triangle), position)
-            }
-            _ => 0.0,
-        }
+        let hit = (instance, triangle);
+        let weights = self.weights(from, normal);
+        weights.map_or(0.0, |weights| self.density_of_hit(weights.odds, from, normal, hit, position))
+    }
+
+    /// [`Lights::pdf_hit`] with the odds for the same point and normal.
+    #[inline]
+    pub(crate) fn density_of_hit(
+        &self,
+        odds: Odds,
+        from: Vec3,
+        normal: Vec3,
+        hit: (u32, u32),
+        position: Vec3,
+    ) -> f32 {
+        if odds.local > 0.0 { odds.local * self.local.pdf(from, normal, hit, position) } else { 0.0 }
     }
 
     /// Density over solid angle with which [`Lights::sample`] chooses a direction that leaves the scene.
     #[must_use]
     pub fn pdf_environment(&self, from: Vec3, normal: Vec3, wi: Vec3) -> f32 {
-        self.weights(from, normal).map_or(0.0, |weights| self.distant_pdf(&weights, normal, wi))
+        let weights = self.weights(from, normal);
+        weights.map_or(0.0, |weights| self.density_of_direction(weights.odds, normal, wi))
     }
 
+    /// [`Lights::pdf_environment`] with the odds for the same point and normal.
     #[inline]
-    fn distant_pdf(&self, weights: &Weights, normal: Vec3, wi: Vec3) -> f32 {
+    pub(crate) fn density_of_direction(&self, odds: Odds, normal: Vec3, wi: Vec3) -> f32 {
         let mut pdf = 0.0;
-        if weights.background > 0.0 {
-            pdf += weights.background * self.distant.background_pdf(normal, wi);
+        if odds.background > 0.0 {
+            pdf += odds.background * self.distant.background_pdf(normal, wi);
         }
-        if weights.sun > 0.0 {
-            pdf += weights.sun * self.distant.sun_pdf(wi);
+        if odds.sun > 0.0 {
+            pdf += odds.sun * self.distant.sun_pdf(wi);
         }
         pdf
     }
@@ -188,9 +219,10 @@ impl<'a> Lights<'a> {
         self.distant.radiance(wi)
     }
 
-    /// Probabilities of the groups; `None` if no light can reach the front of the surface.
-    #[inline]
-    fn weights(&self, from: Vec3, normal: Vec3) -> Option<Weights> {
+    /// Weights for the choice of a light at a point; `None` if no light can reach the front of the surface. Arguments are
+    /// those of [`Lights::sample`].
+    #[inline(always)]
+    pub(crate) fn weights(&self, from: Vec3, normal: Vec3) -> Option<Weights> {
         let estimate = self.local.estimate(from, normal);
         let local = estimate.total.sqrt();
         let background = self.distant.background_estimate(normal).sqrt();
@@ -198,13 +230,8 @@ impl<'a> Lights<'a> {
         let directional: f32 = self.distant.directional().iter().map(|l| l.estimate(normal).sqrt()).sum();
         let sum = local + background + sun + directional;
         let scale = 1.0 / sum;
-        (sum > 0.0).then_some(Weights {
-            local: local * scale,
-            estimate,
-            background: background * scale,
-            sun: sun * scale,
-            scale,
-        })
+        let odds = Odds { local: local * scale, background: background * scale, sun: sun * scale };
+        (sum > 0.0).then_some(Weights { odds, estimate, scale })
     }
 }
 

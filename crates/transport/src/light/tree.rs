@@ -93,7 +93,7 @@ impl LightTree {
     }
 
     /// How much the lights may matter to a point; see [`Node::importance`].
-    #[inline]
+    #[inline(always)]
     pub(super) fn estimate(&self, from: Vec3, normal: Vec3, directions: bool) -> Estimate {
         let mut each = [0.0; FEW];
         if !self.is_list {

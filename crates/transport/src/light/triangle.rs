@@ -51,11 +51,13 @@ impl TriangleLight {
     }
 
     /// Whether `from` lies in front.
+    #[inline]
     pub(super) fn faces(&self, from: Vec3) -> bool {
         (from - self.a).dot(self.normal) > 0.0
     }
 
     /// A point of the triangle as seen from `from`; `None` where it is seen from the edge.
+    #[inline]
     pub(super) fn sample(&self, from: Vec3, u: Vec2) -> Option<TrianglePoint> {
         match self.spherical(from) {
             Some(spherical) => self.sample_spherical(from, &spherical, u),
@@ -71,6 +73,7 @@ impl TriangleLight {
         }
     }
 
+    #[inline]
     fn sample_area(&self, from: Vec3, u: Vec2) -> Option<TrianglePoint> {
         let barycentric = warp::uniform_triangle(u);
         let to_light = self.a + self.edge_b * barycentric.x + self.edge_c * barycentric.y - from;
@@ -85,6 +88,7 @@ impl TriangleLight {
     }
 
     /// 1 / area as a density over solid angle, for the point at `to_light`.
+    #[inline]
     fn area_pdf(&self, to_light: Vec3) -> f32 {
         let distance_squared = to_light.length_squared();
         let pdf = 2.0 * distance_squared * distance_squared.sqrt() / self.normal.dot(to_light).abs();
@@ -92,6 +96,7 @@ impl TriangleLight {
     }
 
     /// The spherical triangle, if it is worth sampling by solid angle.
+    #[inline]
     fn spherical(&self, from: Vec3) -> Option<Spherical> {
         let a = self.a - from;
         if self.normal.length_squared() < 4.0 * (FAR_RATIO * a.length_squared()).powi(2) {
@@ -106,6 +111,7 @@ impl TriangleLight {
         SOLID_ANGLES.contains(&solid_angle).then_some(Spherical { a, b, c, solid_angle })
     }
 
+    #[inline]
     fn sample_spherical(&self, from: Vec3, spherical: &Spherical, u: Vec2) -> Option<TrianglePoint> {
         let wi = spherical.sample(u)?;
         let to_plane = (self.a - from).dot(self.normal);
@@ -133,6 +139,7 @@ struct Spherical {
 
 impl Spherical {
     /// A direction inside, uniformly over solid angle.
+    #[inline]
     fn sample(&self, u: Vec2) -> Option<Vec3> {
         let Self { a, b, c, solid_angle } = *self;
         let (sin, cos) = sin_cos(0.5 * solid_angle * u.x);

@@ -17,6 +17,7 @@ use crate::settings::RenderSettings;
 use crate::veil::VeilIndex;
 use vastlight_math::{Ray, Sampler, rng};
 use vastlight_scene::Scene;
+use vastlight_simd::{Kernel, Simd8};
 use vastlight_trace::{AcceptAll, Hit, Tracer};
 
 /// What every stage reads.
@@ -84,7 +85,7 @@ impl Wave {
         while !self.rays.is_empty() {
             stats.rays += self.rays.len() as u64;
             self.trace(context, depth);
-            self.shade(context, shade, depth);
+            context.tracer.level().dispatch(Shading { wave: self, context, shade, depth });
             stats.shadow_rays += self.shadows.len() as u64;
             self.shadows.trace(context, &mut self.samples);
             depth += 1;
@@ -124,6 +125,7 @@ impl Wave {
     }
 
     /// Shades all hits and collects the rays of the paths that go on.
+    #[inline(always)]
     fn shade<S: Shade>(&mut self, context: &Context<'_>, shade: &S, depth: u32) {
         self.shadows.clear();
         self.next_rays.clear();
@@ -148,6 +150,23 @@ impl Wave {
         }
         std::mem::swap(&mut self.rays, &mut self.next_rays);
         std::mem::swap(&mut self.slots, &mut self.next_slots);
+    }
+}
+
+/// The shading stage, compiled for the machine's instructions.
+struct Shading<'w, 'c, S> {
+    wave: &'w mut Wave,
+    context: &'w Context<'c>,
+    shade: &'w S,
+    depth: u32,
+}
+
+impl<S: Shade> Kernel for Shading<'_, '_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Simd8>(self, _level: L) {
+        self.wave.shade(self.context, self.shade, self.depth);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::Context;
 use crate::alpha::AlphaFilter;
+use crate::light::Odds;
 use crate::medium::MediumStack;
 use crate::pane::{ShadowFilter, open_channels};
 use crate::sample::Sample;
@@ -24,6 +25,8 @@ pub(crate) struct PathState {
     /// The last vertex, and the normal that light sampling was told there.
     pub(crate) origin: Vec3,
     pub(crate) normal: Vec3,
+    /// The odds of light sampling there.
+    pub(crate) odds: Odds,
     /// Solid-angle density with which the ray's direction was drawn; 0 where light sampling could not have found it:
     /// from the camera, or after a perfectly specular bounce.
     pub(crate) pdf: f32,
@@ -49,6 +52,7 @@ impl PathState {
             throughput: Vec3::ONE,
             origin: Vec3::ZERO,
             normal: Vec3::ZERO,
+            odds: Odds::default(),
             pdf: 0.0,
             eta_squared: 1.0,
             media: MediumStack::EMPTY,
