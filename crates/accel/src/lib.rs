@@ -14,16 +14,19 @@
 
 pub mod build;
 pub mod kdtree;
+mod memory;
 mod quality;
 pub mod ray;
 mod reference;
 pub mod sort;
 mod tree;
 pub mod triangle;
+mod upward;
 mod validate;
 pub mod wide;
 
 pub use build::{BuildConfig, BuildError, Scratch, build};
+pub use memory::Pages;
 pub use quality::{Quality, quality, quality_with};
 pub use reference::Reference;
 pub use tree::{BinaryTree, Node};

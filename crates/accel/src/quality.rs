@@ -2,7 +2,10 @@
 //!
 //! `C(leaf)` = primitives in it, `C(N) = 2 + C(left) SA(left)/SA(N) + C(right) SA(right)/SA(N)`.
 
-use crate::BinaryTree;
+use crate::memory::Pages;
+use crate::upward::{Upward, upward};
+use crate::{BinaryTree, Node};
+use vastlight_simd::Level;
 
 /// Cost of a step down, in units of testing a primitive.
 pub(crate) const STEP: f64 = 2.0;
@@ -30,32 +33,54 @@ pub fn quality(tree: &BinaryTree) -> Quality {
 
 /// Measures a tree whose primitives have costs of their own, such as instances of other trees.
 #[must_use]
-pub fn quality_with(tree: &BinaryTree, prim_cost: impl Fn(u32) -> f64) -> Quality {
-    // Children stand behind their parents, so backwards is bottom-up.
-    let mut cost = vec![0.0_f64; tree.nodes.len()];
-    let mut depth = vec![1_usize; tree.nodes.len()];
-    let mut leaves = 0;
-    for (i, node) in tree.nodes.iter().enumerate().rev() {
-        if node.is_leaf() {
-            let run = node.first as usize..(node.first + node.count) as usize;
-            cost[i] = tree.prims[run].iter().map(|&prim| prim_cost(prim)).sum();
-            leaves += 1;
-            continue;
-        }
-        let area = f64::from(node.bounds.half_area());
-        cost[i] = STEP;
-        for child in [node.left as usize, node.left as usize + 1] {
-            let part = f64::from(tree.nodes[child].bounds.half_area()) / area;
-            cost[i] += cost[child] * if part.is_finite() { part } else { 1.0 };
-            depth[i] = depth[i].max(depth[child] + 1);
-        }
-    }
+pub fn quality_with(tree: &BinaryTree, prim_cost: impl Fn(u32) -> f64 + Sync) -> Quality {
+    let mut figures = Pages::zeroed(tree.nodes.len());
+    upward(&Measure { prims: &tree.prims, prim_cost }, &tree.nodes, &mut figures, Level::PORTABLE);
+    let root = figures.first().copied().unwrap_or_default();
     Quality {
-        cost: cost.first().copied().unwrap_or(0.0),
+        cost: root.cost,
         nodes: tree.nodes.len(),
-        leaves,
+        leaves: root.leaves as usize,
         references: tree.prims.len(),
-        depth: depth.first().copied().unwrap_or(0),
+        depth: root.depth as usize,
+    }
+}
+
+/// Figures about a subtree.
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Figures {
+    cost: f64,
+    leaves: u32,
+    depth: u32,
+}
+
+/// How the figures follow.
+struct Measure<'a, F> {
+    prims: &'a [u32],
+    prim_cost: F,
+}
+
+impl<F: Fn(u32) -> f64 + Sync> Upward for Measure<'_, F> {
+    type Value = Figures;
+
+    #[inline(always)]
+    fn leaf(&self, node: &Node) -> Figures {
+        let run = node.first as usize..(node.first + node.count) as usize;
+        let cost = self.prims[run].iter().map(|&prim| (self.prim_cost)(prim)).sum();
+        Figures { cost, leaves: 1, depth: 1 }
+    }
+
+    #[inline(always)]
+    fn inner(&self, node: &Node, children: [&Node; 2], values: [&Figures; 2]) -> Figures {
+        let area = f64::from(node.bounds.half_area());
+        let mut cost = STEP;
+        for (child, value) in children.into_iter().zip(values) {
+            let part = f64::from(child.bounds.half_area()) / area;
+            cost += value.cost * if part.is_finite() { part } else { 1.0 };
+        }
+        let [l, r] = values;
+        Figures { cost, leaves: l.leaves + r.leaves, depth: 1 + l.depth.max(r.depth) }
     }
 }
 

@@ -28,7 +28,8 @@ impl Node {
 /// A binary bounding volume hierarchy. Node 0 is the root; without primitives there are no nodes.
 #[derive(Clone, Debug, Default)]
 pub struct BinaryTree {
-    /// The nodes; children stand in pairs behind their parent.
+    /// The nodes; children stand in pairs behind their parent. Subtrees of more than 4096 nodes stand together: a pair of
+    /// children is followed by all that is below the left one, and this by all that is below the right one.
     pub nodes: Vec<Node>,
     /// Primitive numbers in the order of the leaves.
     pub prims: Vec<u32>,

@@ -8,7 +8,7 @@
 use super::morton::{CODE_BITS, Emitter, sorted_codes};
 use super::pieces::Piece;
 use super::{Binned, BuildConfig, Scratch, top_down};
-use crate::sort::{Pair, key, parts, payload};
+use crate::sort::{Pair, key, parts};
 use crate::{BinaryTree, Reference};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -26,9 +26,12 @@ pub(super) fn build(references: &[Reference], config: &BuildConfig, scratch: &mu
     let sorted = sorted_codes(references, config.level, scratch);
     let clusters = clusters(sorted);
     let emitter = Emitter::new(references, config);
-    let pieces: Vec<Piece> = clusters.par_iter().map(|run| emitter.piece(&sorted[run.clone()])).collect();
+    let mut in_code_order = bytemuck::zeroed_vec(references.len());
+    let places = parts(&mut in_code_order, clusters.iter().map(|run| run.len()));
+    let piece = |(run, prims): (&Range<usize>, &mut [u32])| emitter.piece(&sorted[run.clone()], prims);
+    let pieces: Vec<Piece> = clusters.par_iter().zip(places).map(piece).collect();
     let top = top_tree(&pieces, config);
-    let prims = prims(sorted, &clusters, &top);
+    let prims = prims(&in_code_order, &clusters, &top);
     BinaryTree { nodes: hang(pieces, &top).assemble(), prims }
 }
 
@@ -55,12 +58,12 @@ fn top_tree(pieces: &[Piece], config: &BuildConfig) -> BinaryTree {
 }
 
 /// The primitives, cluster by cluster in the order of the tree's leaves.
-fn prims(sorted: &[Pair], clusters: &[Range<usize>], top: &BinaryTree) -> Vec<u32> {
-    let mut prims = bytemuck::zeroed_vec(sorted.len());
+fn prims(in_code_order: &[u32], clusters: &[Range<usize>], top: &BinaryTree) -> Vec<u32> {
+    let mut prims = bytemuck::zeroed_vec(in_code_order.len());
     let runs: Vec<&Range<usize>> = top.prims.iter().map(|&cluster| &clusters[cluster as usize]).collect();
     let places = parts(&mut prims, runs.iter().map(|run| run.len()));
     runs.into_par_iter().zip(places).with_min_len(8).for_each(|(run, place)| {
-        place.iter_mut().zip(&sorted[run.clone()]).for_each(|(prim, &pair)| *prim = payload(pair));
+        place.copy_from_slice(&in_code_order[run.clone()]);
     });
     prims
 }

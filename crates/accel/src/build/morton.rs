@@ -28,9 +28,8 @@ pub(super) fn build(references: &[Reference], config: &BuildConfig, scratch: &mu
         return BinaryTree::default();
     }
     let sorted = sorted_codes(references, config.level, scratch);
-    let emitter = Emitter::new(references, config);
-    let nodes = emitter.piece(sorted).assemble();
-    let prims = sorted.par_iter().map(|&pair| payload(pair)).collect();
+    let mut prims = bytemuck::zeroed_vec(references.len());
+    let nodes = Emitter::new(references, config).piece(sorted, &mut prims).assemble();
     BinaryTree { nodes, prims }
 }
 
@@ -121,13 +120,15 @@ impl<'a> Emitter<'a> {
         Self { references, level: config.level, max_leaf: config.max_leaf.max(1) as usize }
     }
 
-    /// The tree over a run.
-    pub(super) fn piece(&self, run: &[Pair]) -> Piece {
+    /// The tree over a run, and its primitives.
+    pub(super) fn piece(&self, run: &[Pair], prims: &mut [u32]) -> Piece {
         if run.len() <= RUN.max(self.max_leaf) {
-            return Piece::subtree(self.level.dispatch(Subtree { emitter: self, run }));
+            return Piece::subtree(self.level.dispatch(Subtree { emitter: self, run, prims }));
         }
-        let (left, right) = run.split_at(split(run));
-        let (left, right) = rayon::join(|| self.piece(left), || self.piece(right));
+        let middle = split(run);
+        let (left, right) = run.split_at(middle);
+        let (left_prims, right_prims) = prims.split_at_mut(middle);
+        let (left, right) = rayon::join(|| self.piece(left, left_prims), || self.piece(right, right_prims));
         Piece::pair(left, right)
     }
 }
@@ -148,6 +149,7 @@ fn split(run: &[Pair]) -> usize {
 struct Subtree<'a, 'b> {
     emitter: &'a Emitter<'b>,
     run: &'a [Pair],
+    prims: &'a mut [u32],
 }
 
 impl Kernel for Subtree<'_, '_> {
@@ -155,7 +157,7 @@ impl Kernel for Subtree<'_, '_> {
 
     #[inline(always)]
     fn run<S: Simd8>(self, simd: S) -> Vec<Node> {
-        let Self { emitter, run } = self;
+        let Self { emitter, run, prims } = self;
         // The nodes are the queue of their own splits.
         let mut nodes = Vec::with_capacity(run.len() / 2 + 1);
         nodes.push(Node { count: run.len() as u32, ..BLANK });
@@ -169,9 +171,10 @@ impl Kernel for Subtree<'_, '_> {
                 nodes.push(Node { first: first + left, count: count - left, ..BLANK });
             } else {
                 let mut around = simd.load(&EMPTY_LANES);
-                for &pair in &run[range] {
+                for (prim, &pair) in prims[range.clone()].iter_mut().zip(&run[range]) {
                     let reference = &emitter.references[payload(pair) as usize];
                     around = simd.min(around, simd.load(reference.lanes()));
+                    *prim = reference.prim();
                 }
                 nodes[next].bounds = unpack(&simd.to_array(around));
             }

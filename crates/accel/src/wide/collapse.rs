@@ -6,16 +6,19 @@
 //! triangles are tested at once.
 
 use super::{ChildRef, Node8};
+use crate::memory::Pages;
+use crate::upward::{Upward, upward};
 use crate::{BinaryTree, Node};
 use rayon::prelude::*;
 use vastlight_math::Aabb;
+use vastlight_simd::Level;
 
 /// Cost of testing a node's eight boxes.
 const NODE_COST: f32 = 1.0;
 /// Cost of testing a leaf.
 const LEAF_COST: f32 = 1.0;
-/// Subtrees with fewer nodes are worked on by one thread.
-const SERIAL: usize = 1 << 12;
+/// Subtrees with fewer primitives are planned by one thread.
+const SERIAL: u32 = 1 << 14;
 
 /// The shape of a wide tree: which binary nodes become slots, and which become leaves.
 #[derive(Debug, Default)]
@@ -34,7 +37,8 @@ pub(super) struct Plan {
 const VACANT: (u32, ChildRef) = (0, ChildRef::NONE);
 
 /// The best ways to hold what is below a binary node.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 struct Ways {
     /// Least cost with at most `i + 1` slots.
     cost: [f32; 7],
@@ -46,22 +50,32 @@ struct Ways {
 
 impl Ways {
     const NONE: Self = Self { cost: [0.0; 7], left: [0; 7], left_of_node: 0 };
+}
 
-    fn leaf(cost: f32) -> Self {
-        Self { cost: [cost; 7], ..Self::NONE }
+/// How the best ways follow.
+struct Cheapest {
+    max_leaf: u32,
+}
+
+impl Upward for Cheapest {
+    type Value = Ways;
+
+    #[inline(always)]
+    fn leaf(&self, node: &Node) -> Ways {
+        Ways { cost: [node.bounds.half_area() * LEAF_COST; 7], ..Ways::NONE }
     }
 
-    /// The best ways of a node whose children have the ways `l` and `r`.
-    fn inner(node: &Node, l: &Self, r: &Self, max_leaf: u32) -> Self {
+    #[inline(always)]
+    fn inner(&self, node: &Node, _: [&Node; 2], [l, r]: [&Ways; 2]) -> Ways {
         let area = node.bounds.half_area();
-        let mut ways = Self::NONE;
-        let (cost, left) = best_shares(l, r, 8);
-        (ways.cost[0], ways.left_of_node) = (cost + area * NODE_COST, left);
-        if node.count <= max_leaf && area * LEAF_COST <= ways.cost[0] {
+        let (costs, lefts) = best_shares(&l.cost, &r.cost);
+        let mut ways = Ways::NONE;
+        (ways.cost[0], ways.left_of_node) = (costs[7] + area * NODE_COST, lefts[7] as u8);
+        if node.count <= self.max_leaf && area * LEAF_COST <= ways.cost[0] {
             (ways.cost[0], ways.left_of_node) = (area * LEAF_COST, 0);
         }
         for slots in 2..8 {
-            let (cost, left) = best_shares(l, r, slots);
+            let (cost, left) = (costs[slots - 1], lefts[slots - 1] as u8);
             let fewer = ways.cost[slots - 2];
             (ways.cost[slots - 1], ways.left[slots - 1]) =
                 if cost < fewer { (cost, left) } else { (fewer, ways.left[slots - 2]) };
@@ -70,85 +84,121 @@ impl Ways {
     }
 }
 
-/// The cheapest way to share `slots` between two children: its cost, and the slots of the left one.
-fn best_shares(l: &Ways, r: &Ways, slots: usize) -> (f32, u8) {
-    let mut best = (f32::INFINITY, 1);
-    for left in 1..slots {
-        let cost = l.cost[left - 1] + r.cost[slots - left - 1];
-        if cost < best.0 {
-            best = (cost, left as u8);
+/// The cheapest way to share `i + 1` slots between two children, for each `i` but 0: its cost, and the slots of the left
+/// one, the fewest where several are as cheap. All eight at once, one number of left slots after the other.
+#[inline(always)]
+fn best_shares(l: &[f32; 7], r: &[f32; 7]) -> ([f32; 8], [u32; 8]) {
+    // With `left` slots on the left, entry 7 - left + i is the cost of the right one with the rest of i + 1.
+    let mut right = [f32::INFINITY; 15];
+    right[7..14].copy_from_slice(r);
+    let (mut costs, mut lefts) = ([f32::INFINITY; 8], [1; 8]);
+    for left in 1..8 {
+        for i in 0..8 {
+            let cost = l[left - 1] + right[7 - left + i];
+            let better = cost < costs[i];
+            costs[i] = if better { cost } else { costs[i] };
+            lefts[i] = if better { left as u32 } else { lefts[i] };
         }
     }
-    best
-}
-
-/// The ways of the binary nodes `first..first + ways.len()`, which are whole subtrees.
-fn find_ways(nodes: &[Node], first: usize, ways: &mut [Ways], max_leaf: u32) {
-    let own = &nodes[first..first + ways.len()];
-    if ways.len() <= SERIAL {
-        for i in (0..ways.len()).rev() {
-            ways[i] = ways_of(&own[i], &ways[..], first, max_leaf);
-        }
-        return;
-    }
-    // A pair of children, what is below the left one, what is below the right one.
-    let (pair, below) = ways.split_at_mut(2);
-    let right = &own[1];
-    let left_size = if right.is_leaf() { below.len() } else { right.left as usize - first - 2 };
-    let (below_left, below_right) = below.split_at_mut(left_size);
-    rayon::join(
-        || find_ways(nodes, first + 2, below_left, max_leaf),
-        || find_ways(nodes, first + 2 + left_size, below_right, max_leaf),
-    );
-    pair[0] = ways_of(&own[0], below_left, first + 2, max_leaf);
-    pair[1] = ways_of(&own[1], below_right, first + 2 + left_size, max_leaf);
-}
-
-/// The ways of a node whose children's ways are in `ways`, which starts with those of node `first`.
-fn ways_of(node: &Node, ways: &[Ways], first: usize, max_leaf: u32) -> Ways {
-    if node.is_leaf() {
-        return Ways::leaf(node.bounds.half_area() * LEAF_COST);
-    }
-    let left = node.left as usize - first;
-    Ways::inner(node, &ways[left], &ways[left + 1], max_leaf)
+    (costs, lefts)
 }
 
 /// Plans the wide tree. Leaves of the binary tree hold at most `max_leaf` primitives, and every binary node that does
 /// may become a leaf of the wide one.
-pub(super) fn plan(tree: &BinaryTree, max_leaf: u32) -> Plan {
-    let mut plan = Plan::default();
-    let Some(root) = tree.nodes.first() else { return plan };
-    let mut ways = vec![Ways::NONE; tree.nodes.len()];
-    find_ways(&tree.nodes, 1, &mut ways[1..], max_leaf);
-    ways[0] = ways_of(root, &ways, 0, max_leaf);
+pub(super) fn plan(tree: &BinaryTree, max_leaf: u32, level: Level) -> Plan {
+    let Some(root) = tree.nodes.first() else { return Plan::default() };
+    let mut ways = Pages::zeroed(tree.nodes.len());
+    upward(&Cheapest { max_leaf }, &tree.nodes, &mut ways, level);
     if ways[0].left_of_node == 0 {
-        plan.leaves.push(0);
-        plan.root = Some(ChildRef::leaf(0));
-        return plan;
+        return Plan { leaves: vec![0], root: Some(ChildRef::leaf(0)), ..Plan::default() };
     }
+    let planner = Planner { tree, ways: &ways };
+    let mut slots = [VACANT; 8];
+    let mut plan = planner.below(0, root.count, &mut slots);
+    move_slots(&mut slots, 1, 0);
+    plan.nodes.iter_mut().for_each(|slots| move_slots(slots, 1, 0));
+    plan.nodes.insert(0, slots);
     plan.root = Some(ChildRef::node(0));
-    plan.nodes.push([VACANT; 8]);
-    let mut waiting = vec![(0_u32, 0_usize, 1_usize)];
-    while let Some((binary, wide, level)) = waiting.pop() {
-        plan.levels = plan.levels.max(level);
-        let mut slots = [VACANT; 8];
-        let used = fill_slots(tree, &ways, binary, &mut slots);
-        let first_waiting = waiting.len();
+    plan
+}
+
+/// Numbers of nodes and leaves in `slots` become larger.
+fn move_slots(slots: &mut [(u32, ChildRef); 8], nodes: u32, leaves: u32) {
+    for (_, child) in slots.iter_mut().filter(|slot| slot.1 != ChildRef::NONE) {
+        let index = child.index() as u32;
+        *child = if child.is_leaf() { ChildRef::leaf(index + leaves) } else { ChildRef::node(index + nodes) };
+    }
+}
+
+struct Planner<'a> {
+    tree: &'a BinaryTree,
+    ways: &'a [Ways],
+}
+
+impl Planner<'_> {
+    /// Plans what is below the wide node that `binary` becomes, and its slots: its children in a row, then what is below
+    /// the first, and so on.
+    fn below(&self, binary: u32, count: u32, slots: &mut [(u32, ChildRef); 8]) -> Plan {
+        if count <= SERIAL {
+            return self.below_serially(binary, slots);
+        }
+        let mut plan = Plan { levels: 1, ..Plan::default() };
+        let inner = self.number_slots(binary, slots, &mut plan);
+        let count = |binary: u32| self.tree.nodes[binary as usize].count;
+        let below = |&binary: &u32| {
+            let mut slots = [VACANT; 8];
+            let plan = self.below(binary, count(binary), &mut slots);
+            (slots, plan)
+        };
+        let below: Vec<_> = inner.par_iter().map(below).collect();
+        for (i, (mut slots, mut part)) in below.into_iter().enumerate() {
+            let (nodes, leaves) = (plan.nodes.len() as u32, plan.leaves.len() as u32);
+            move_slots(&mut slots, nodes, leaves);
+            part.nodes.iter_mut().for_each(|slots| move_slots(slots, nodes, leaves));
+            plan.nodes[i] = slots;
+            plan.nodes.append(&mut part.nodes);
+            plan.leaves.append(&mut part.leaves);
+            plan.levels = plan.levels.max(1 + part.levels);
+        }
+        plan
+    }
+
+    fn below_serially(&self, binary: u32, slots: &mut [(u32, ChildRef); 8]) -> Plan {
+        let mut plan = Plan { levels: 1, ..Plan::default() };
+        let mut waiting = Vec::new();
+        let wait = |inner: Vec<u32>, first: usize, level: usize, waiting: &mut Vec<_>| {
+            // The first child's subtree follows first.
+            waiting.extend(inner.into_iter().enumerate().rev().map(|(i, binary)| (binary, first + i, level)));
+        };
+        let inner = self.number_slots(binary, slots, &mut plan);
+        wait(inner, 0, 2, &mut waiting);
+        while let Some((binary, wide, level)) = waiting.pop() {
+            plan.levels = plan.levels.max(level);
+            let (first, mut slots) = (plan.nodes.len(), [VACANT; 8]);
+            let inner = self.number_slots(binary, &mut slots, &mut plan);
+            wait(inner, first, level + 1, &mut waiting);
+            plan.nodes[wide] = slots;
+        }
+        plan
+    }
+
+    /// Fills the slots of the wide node that `binary` becomes, with new nodes and leaves at the end of `plan`; gives the
+    /// binary nodes that become nodes.
+    fn number_slots(&self, binary: u32, slots: &mut [(u32, ChildRef); 8], plan: &mut Plan) -> Vec<u32> {
+        let used = fill_slots(self.tree, self.ways, binary, slots);
+        let mut inner = Vec::with_capacity(8);
         for slot in &mut slots[..used] {
-            if ways[slot.0 as usize].left_of_node == 0 {
+            if self.ways[slot.0 as usize].left_of_node == 0 {
                 slot.1 = ChildRef::leaf(plan.leaves.len() as u32);
                 plan.leaves.push(slot.0);
             } else {
                 slot.1 = ChildRef::node(plan.nodes.len() as u32);
-                waiting.push((slot.0, plan.nodes.len(), level + 1));
+                inner.push(slot.0);
                 plan.nodes.push([VACANT; 8]);
             }
         }
-        // The first child's subtree follows first.
-        waiting[first_waiting..].reverse();
-        plan.nodes[wide] = slots;
+        inner
     }
-    plan
 }
 
 /// Shares the eight slots of the wide node that `binary` becomes among its descendants; gives how many are used.
@@ -188,17 +238,15 @@ fn smallest_share(ways: &Ways, slots: u8) -> u8 {
 /// Writes the nodes of `plan`: `bounds` gives the box of a binary node, `leaf` what a slot with a leaf points to.
 pub(super) fn emit(
     plan: &Plan,
-    nodes: &mut Vec<Node8>,
+    nodes: &mut [Node8],
     bounds: impl Fn(u32) -> Aabb + Sync,
     leaf: impl Fn(ChildRef) -> ChildRef + Sync,
 ) {
-    let node = |slots: &[(u32, ChildRef); 8]| {
-        let mut node = Node8::EMPTY;
+    nodes.par_iter_mut().zip(&plan.nodes).with_min_len(256).for_each(|(node, slots)| {
+        *node = Node8::EMPTY;
         for (slot, &(binary, child)) in slots.iter().enumerate().filter(|(_, s)| s.1 != ChildRef::NONE) {
             let child = if child.is_leaf() { leaf(child) } else { child };
             node.set(slot, child, &bounds(binary));
         }
-        node
-    };
-    plan.nodes.par_iter().with_min_len(256).map(node).collect_into_vec(nodes);
+    });
 }

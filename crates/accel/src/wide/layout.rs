@@ -94,19 +94,26 @@ impl Block8 {
     /// The number in lanes without triangle.
     pub const NO_PRIM: u32 = u32::MAX;
 
+    /// A block without triangles.
+    pub const EMPTY: Self = Self { corners: [[[0.0; 8]; 3]; 3], prims: [Self::NO_PRIM; 8] };
+
     /// A block of the first eight triangles of `triangles`, with their numbers.
     #[must_use]
     pub fn new(triangles: impl IntoIterator<Item = (u32, [Vec3; 3])>) -> Self {
-        let mut block = Self { corners: [[[0.0; 8]; 3]; 3], prims: [Self::NO_PRIM; 8] };
-        for (lane, (prim, corners)) in triangles.into_iter().take(8).enumerate() {
-            block.prims[lane] = prim;
-            for (of_corner, corner) in block.corners.iter_mut().zip(corners) {
-                for (of_axis, x) in of_corner.iter_mut().zip(corner.to_array()) {
-                    of_axis[lane] = x;
-                }
+        let mut block = Self::EMPTY;
+        triangles.into_iter().take(8).enumerate().for_each(|(lane, (prim, t))| block.set(lane, prim, t));
+        block
+    }
+
+    /// Puts a triangle into a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, prim: u32, corners: [Vec3; 3]) {
+        self.prims[lane] = prim;
+        for (of_corner, corner) in self.corners.iter_mut().zip(corners) {
+            for (of_axis, x) in of_corner.iter_mut().zip(corner.to_array()) {
+                of_axis[lane] = x;
             }
         }
-        block
     }
 
     /// The corners of the triangle in a lane.

@@ -2,6 +2,7 @@
 
 use super::collapse::{emit, plan};
 use super::{Block8, ChildRef, Node8};
+use crate::memory::Pages;
 use crate::{BuildConfig, BuildError, Quality, Reference, Scratch, build, quality};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
@@ -55,9 +56,9 @@ pub(crate) fn extent(bounds: &Aabb) -> f32 {
 #[derive(Clone, Debug)]
 pub struct MeshBvh {
     /// Wide nodes; leaves are indices of blocks.
-    pub nodes: Vec<Node8>,
+    pub nodes: Pages<Node8>,
     /// Triangles.
-    pub blocks: Vec<Block8>,
+    pub blocks: Pages<Block8>,
     /// Where rays start; none for a mesh without triangles.
     pub root: Option<ChildRef>,
     /// Nodes on the longest way from the root to a block.
@@ -107,16 +108,19 @@ impl MeshBvh {
         let tree = build(name, &mut references, &config, scratch)?;
         scratch.references = references;
         clock.lap("tree");
-        let plan = plan(&tree, config.max_leaf);
+        let plan = plan(&tree, config.max_leaf, config.level);
         clock.lap("collapse");
-        let (mut nodes, mut blocks) = (Vec::new(), Vec::new());
+        let mut nodes = Pages::zeroed(plan.nodes.len());
+        let mut blocks = Pages::zeroed(plan.leaves.len());
         emit(&plan, &mut nodes, |binary| tree.nodes[binary as usize].bounds, |leaf| leaf);
-        let block = |&binary: &u32| {
+        blocks.par_iter_mut().zip(&plan.leaves).with_min_len(512).for_each(|(block, &binary)| {
+            *block = Block8::EMPTY;
             let node = &tree.nodes[binary as usize];
             let prims = &tree.prims[node.first as usize..(node.first + node.count) as usize];
-            Block8::new(prims.iter().map(|&prim| (prim, scaled(prim))))
-        };
-        plan.leaves.par_iter().with_min_len(512).map(block).collect_into_vec(&mut blocks);
+            for (lane, &prim) in prims.iter().take(8).enumerate() {
+                block.set(lane, prim, scaled(prim));
+            }
+        });
         clock.lap("emit");
         let extent = extent(&bounds) * scale;
         let bvh = Self {
@@ -137,7 +141,7 @@ impl MeshBvh {
     /// Memory of nodes and blocks.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.blocks.as_slice())
+        size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])
     }
 }
 

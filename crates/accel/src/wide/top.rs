@@ -27,7 +27,7 @@ impl TopBvh {
     pub fn build(
         name: &str,
         boxes: &[Aabb],
-        costs: impl Fn(u32) -> f64,
+        costs: impl Fn(u32) -> f64 + Sync,
         config: &BuildConfig,
         scratch: &mut Scratch,
     ) -> Result<Self, BuildError> {
@@ -39,7 +39,7 @@ impl TopBvh {
             .map(|(i, b)| Reference::new(b, i as u32))
             .collect();
         let tree = build(name, &mut references, &config, scratch)?;
-        let plan = plan(&tree, 1);
+        let plan = plan(&tree, 1, config.level);
         let prim = |leaf: ChildRef| {
             let binary = plan.leaves[leaf.index()];
             ChildRef::leaf(tree.prims[tree.nodes[binary as usize].first as usize])
@@ -49,7 +49,7 @@ impl TopBvh {
             // A leaf has its own box, also where the builder saw one that was pulled in.
             if node.is_leaf() { boxes[tree.prims[node.first as usize] as usize] } else { outer(node.bounds) }
         };
-        let mut nodes = Vec::new();
+        let mut nodes = vec![Node8::EMPTY; plan.nodes.len()];
         emit(&plan, &mut nodes, bounds, prim);
         let root = plan.root.map(|root| if root.is_leaf() { prim(root) } else { root });
         Ok(Self { nodes, root, levels: plan.levels, quality: quality_with(&tree, costs) })
