@@ -23,7 +23,14 @@ pub const fn hash_u64(x: u64) -> u64 {
 #[inline]
 #[must_use]
 pub fn hash_words(words: &[u32]) -> u64 {
-    words.iter().fold(0x9e37_79b9_7f4a_7c15, |h, &w| hash_u64(h.rotate_left(23) ^ u64::from(w)))
+    hash_more(0x9e37_79b9_7f4a_7c15, words)
+}
+
+/// The hash of the words that gave `hash` followed by `words`.
+#[inline]
+#[must_use]
+pub fn hash_more(hash: u64, words: &[u32]) -> u64 {
+    words.iter().fold(hash, |h, &w| hash_u64(h.rotate_left(23) ^ u64::from(w)))
 }
 
 /// The upper 24 bits of `x` as a number in [0, 1).
@@ -94,6 +101,7 @@ mod tests {
     #[test]
     fn words_are_told_apart_by_order_and_number() {
         assert_ne!(hash_words(&[1, 2]), hash_words(&[2, 1]));
+        assert_eq!(hash_more(hash_words(&[1, 2]), &[3]), hash_words(&[1, 2, 3]));
         assert_ne!(hash_words(&[0]), hash_words(&[0, 0]));
     }
 

@@ -30,6 +30,13 @@ impl Sampler {
         }
     }
 
+    /// The same pixel's sample number `sample`, at dimension 0.
+    #[inline]
+    #[must_use]
+    pub const fn at_sample(self, sample: u32) -> Self {
+        Self { index_reversed: sample.reverse_bits(), dimension: 0, ..self }
+    }
+
     /// The next number, in [0, 1). Uses one dimension.
     #[inline]
     pub fn next_1d(&mut self) -> f32 {
@@ -192,6 +199,7 @@ mod tests {
         let mut b = Sampler::new([3, 4], 5, 6).at_dimension(1);
         assert_eq!(b.next_2d(), second);
         assert_eq!(Sampler::new([3, 4], 5, 6).next_1d(), first);
+        assert_eq!(a.at_sample(5).next_1d(), first);
         assert_ne!(Sampler::new([3, 4], 5, 8).next_1d(), first);
         assert_eq!((a, std::mem::size_of::<Sampler>()), (b, 16));
     }

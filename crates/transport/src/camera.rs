@@ -2,7 +2,7 @@
 
 use crate::pixel_filter::FilterSampler;
 use crate::settings::RenderSettings;
-use vastlight_math::{Affine3, FAR, Ray, Vec2, Vec3, real, warp};
+use vastlight_math::{Affine3, FAR, Ray, Sampler, Vec2, Vec3, real, warp};
 use vastlight_scene::Projection;
 
 /// A camera made ready for one picture size.
@@ -50,6 +50,17 @@ impl CameraRays {
             filter: FilterSampler::new(settings.filter),
             axis: world_from_camera.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z),
         }
+    }
+
+    /// The random numbers of a ray, from the sampler's first dimensions: filter, lens, time. A camera without a lens draws
+    /// none for it, and as nothing in a scene moves, all rays have the time at which the shutter opens.
+    #[inline]
+    #[must_use]
+    pub fn draw(&self, mut sampler: Sampler) -> CameraRandom {
+        let filter = sampler.next_2d();
+        let has_lens =
+            matches!(self.projection, Projection::Perspective { lens_radius, .. } if lens_radius > 0.0);
+        CameraRandom { filter, lens: if has_lens { sampler.next_2d() } else { Vec2::ZERO }, time: 0.0 }
     }
 
     /// A ray through `pixel` (column, row from the top) with a unit direction in world space.

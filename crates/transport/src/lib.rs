@@ -11,6 +11,7 @@ mod mis;
 mod pane;
 mod path;
 mod pixel_filter;
+mod placement;
 mod primary;
 mod renderer;
 mod sample;

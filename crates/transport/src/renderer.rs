@@ -5,11 +5,12 @@ use crate::camera::CameraRays;
 use crate::light::Lights;
 use crate::material::MaterialTable;
 use crate::path::PathTracing;
+use crate::placement::Placement;
 use crate::primary::Primary;
 use crate::sample::{RenderStats, SampleSink};
 use crate::settings::{Integrator, RenderSettings, Tile};
 use crate::veil::VeilIndex;
-use crate::wavefront::{Context, Shade, Wave};
+use crate::wavefront::{Context, Shade, Starts, Wave};
 use std::cell::Cell;
 use std::ops::Range;
 use vastlight_scene::Scene;
@@ -33,6 +34,7 @@ pub struct Renderer<'a> {
     settings: RenderSettings,
     camera: CameraRays,
     veils: VeilIndex,
+    placements: Vec<Placement>,
 }
 
 impl<'a> Renderer<'a> {
@@ -46,7 +48,9 @@ impl<'a> Renderer<'a> {
         settings: RenderSettings,
     ) -> Self {
         let camera = CameraRays::new(&settings);
-        Self { scene, tracer, materials, lights, camera, veils: VeilIndex::new(scene, materials), settings }
+        let veils = VeilIndex::new(scene, materials);
+        let placements = Placement::all(scene);
+        Self { scene, tracer, materials, lights, camera, veils, placements, settings }
     }
 
     /// What is rendered.
@@ -86,26 +90,22 @@ impl<'a> Renderer<'a> {
             settings: &self.settings,
             camera: &self.camera,
             veils: &self.veils,
+            placements: &self.placements,
         };
         let mut stats = RenderStats::default();
         let mut wave = WAVE.take();
-        let count = u64::from(samples.end.saturating_sub(samples.start));
-        let total = tile.pixels() * count;
-        let start_of = |i: u64| {
-            let (pixel, sample) = (i / count, i % count);
-            let width = u64::from(tile.width());
-            let [x, y] = tile.min;
-            ([x + (pixel % width) as u32, y + (pixel / width) as u32], samples.start + sample as u32)
-        };
+        let starts = Starts::new(tile, samples);
         let mut first = 0;
-        while first < total {
-            let last = total.min(first + WAVE_PATHS);
-            let results = wave.run(&context, shade, (first..last).map(start_of), &mut stats);
-            for (i, sample) in (first..last).zip(results) {
-                if sample.is_finite() {
-                    sink.add(start_of(i).0, sample);
-                } else {
-                    stats.non_finite += 1;
+        while first < starts.len() {
+            let last = starts.len().min(first + WAVE_PATHS);
+            let mut results = wave.run(&context, shade, starts.runs(first..last), &mut stats).iter();
+            for run in starts.runs(first..last) {
+                for sample in results.by_ref().take(run.samples.len()) {
+                    if sample.is_finite() {
+                        sink.add(run.pixel, sample);
+                    } else {
+                        stats.non_finite += 1;
+                    }
                 }
             }
             stats.samples += last - first;

@@ -7,14 +7,11 @@
 //! along the geometric normal, so that no ray meets the triangle it leaves.
 
 use crate::material::ShadingPoint;
+use crate::placement::Placement;
 use vastlight_math::glam::DVec3;
-use vastlight_math::{Frame, Mat3, Vec2, Vec3, Vec4};
-use vastlight_scene::{Instance, Mesh, Scene};
+use vastlight_math::{Frame, Vec2, Vec3, Vec4};
+use vastlight_scene::{Mesh, Scene};
 use vastlight_trace::Hit;
-
-/// Roundings between a hit and the next ray's intersection, in units of f32's epsilon times the largest coordinate on
-/// the way. Found by search (`rays_leave_their_own_triangle`) and doubled.
-const ERROR_FACTOR: f32 = 4.0 * f32::EPSILON;
 
 /// A point of a surface in world space. Normals are on the outside: the side from which the triangle's corners run
 /// counter-clockwise in its mesh. A mirrored instance keeps its outside.
@@ -39,22 +36,37 @@ impl Surface {
     ///
     /// `uv_sets` are needed, the others stay zero. `tangent_uv` names the texture coordinate set that orients the
     /// tangent where the mesh has no tangents of its own; `None` leaves the tangent zero.
-    #[inline(always)]
     #[must_use]
     pub fn new(scene: &Scene, hit: &Hit, uv_sets: usize, tangent_uv: Option<u32>) -> Self {
         let instance = &scene.instances()[hit.instance as usize];
+        Self::placed(scene, &Placement::new(&instance.world_from_object), hit, uv_sets, tangent_uv)
+    }
+
+    /// [`Surface::new`] with the placement of the hit instance.
+    #[inline(always)]
+    pub(crate) fn placed(
+        scene: &Scene,
+        placement: &Placement,
+        hit: &Hit,
+        uv_sets: usize,
+        tangent_uv: Option<u32>,
+    ) -> Self {
+        let instance = &scene.instances()[hit.instance as usize];
+        let map = &instance.world_from_object;
         let mesh = &scene.meshes()[instance.mesh as usize];
         let corners = Corners::new(mesh, hit);
         let points = corners.of(&mesh.positions);
-        let to_world = ToWorld::new(instance);
-        let position = instance.world_from_object.transform_point3(corners.blend(points));
-        let normal = to_world.normal(face_normal(points));
+        let position = map.transform_point3(corners.blend(points));
+        let normal = placement.normal(face_normal(points), Vec3::Z);
         Self {
             position,
-            offset: to_world.error(points, position) * normal.abs().element_sum(),
+            offset: placement.error(points, position) * normal.abs().element_sum(),
             normal,
-            smooth_normal: smooth_normal(mesh, &corners, &to_world, normal),
-            tangent: tangent_uv.map_or(Vec4::ZERO, |set| tangent(mesh, &corners, points, set, &to_world)),
+            smooth_normal: smooth_normal(mesh, &corners, placement, normal),
+            tangent: tangent_uv.map_or(Vec4::ZERO, |set| {
+                let tangent = tangent(mesh, &corners, points, set);
+                map.transform_vector3(tangent.truncate()).extend(tangent.w * placement.handedness)
+            }),
             attributes: corners.attributes(mesh, uv_sets),
         }
     }
@@ -105,11 +117,11 @@ pub(crate) fn attributes(scene: &Scene, hit: &Hit, uv_sets: usize) -> ShadingPoi
 
 /// The interpolated normal in the half space of `normal`; `normal` itself where there is none.
 #[inline(always)]
-fn smooth_normal(mesh: &Mesh, corners: &Corners, to_world: &ToWorld, normal: Vec3) -> Vec3 {
+fn smooth_normal(mesh: &Mesh, corners: &Corners, placement: &Placement, normal: Vec3) -> Vec3 {
     if mesh.normals.is_empty() {
         return normal;
     }
-    let smooth = (to_world.normals * corners.blend(corners.of(&mesh.normals))).normalize_or(normal);
+    let smooth = placement.normal(corners.blend(corners.of(&mesh.normals)), normal);
     if smooth.dot(normal) < 0.0 { -smooth } else { smooth }
 }
 
@@ -162,60 +174,9 @@ fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3()
 }
 
-/// What is needed of an instance's matrix.
-struct ToWorld {
-    linear: Mat3,
-    /// The transposed inverse of `linear` up to a positive factor.
-    normals: Mat3,
-    /// 1, or -1 for a mirrored instance.
-    handedness: f32,
-    /// Largest row sum of `linear`'s absolute values, and that of its inverse's.
-    norm: f32,
-    inverse_norm: f32,
-    /// Largest absolute coordinate of the translation.
-    translation: f32,
-}
-
-impl ToWorld {
-    #[inline]
-    fn new(instance: &Instance) -> Self {
-        let map = &instance.world_from_object;
-        let linear = Mat3::from_cols(map.x_axis, map.y_axis, map.z_axis);
-        let largest = linear.x_axis.abs().max(linear.y_axis.abs()).max(linear.z_axis.abs()).max_element();
-        let (x, y, z) = (linear.x_axis / largest, linear.y_axis / largest, linear.z_axis / largest);
-        let (cx, cy, cz) = (y.cross(z), z.cross(x), x.cross(y));
-        let determinant = x.dot(cx);
-        let handedness = 1.0_f32.copysign(determinant);
-        // The rows of the inverse are the cofactor columns over the determinant.
-        let row_sum = |v: Vec3| v.abs().element_sum();
-        Self {
-            normals: Mat3::from_cols(cx * handedness, cy * handedness, cz * handedness),
-            handedness,
-            norm: (linear.x_axis.abs() + linear.y_axis.abs() + linear.z_axis.abs()).max_element(),
-            inverse_norm: row_sum(cx).max(row_sum(cy)).max(row_sum(cz)) / (determinant.abs() * largest),
-            translation: map.translation.abs().max_element(),
-            linear,
-        }
-    }
-
-    /// A normal in world space, unit.
-    #[inline]
-    fn normal(&self, normal: Vec3) -> Vec3 {
-        (self.normals * normal).normalize_or(Vec3::Z)
-    }
-
-    /// Bound of the error of a coordinate, there and back.
-    #[inline]
-    fn error(&self, [a, b, c]: [Vec3; 3], position: Vec3) -> f32 {
-        let object = a.abs().max(b.abs()).max(c.abs()).max_element();
-        let world = self.norm * object + self.translation + position.abs().max_element();
-        ERROR_FACTOR * (self.norm * self.inverse_norm).max(1.0) * world
-    }
-}
-
-/// Tangent in world space with the bitangent's sign: the mesh's own, or the direction in which `u` grows.
-fn tangent(mesh: &Mesh, corners: &Corners, points: [Vec3; 3], set: u32, to_world: &ToWorld) -> Vec4 {
-    let object = if mesh.tangents.is_empty() {
+/// Tangent in object space with the bitangent's sign: the mesh's own, or the direction in which `u` grows.
+fn tangent(mesh: &Mesh, corners: &Corners, points: [Vec3; 3], set: u32) -> Vec4 {
+    if mesh.tangents.is_empty() {
         match mesh.uvs.get(set as usize) {
             Some(uvs) if !uvs.is_empty() => tangent_of_uvs(points, corners.of(uvs)),
             _ => return Vec4::ZERO,
@@ -223,8 +184,7 @@ fn tangent(mesh: &Mesh, corners: &Corners, points: [Vec3; 3], set: u32, to_world
     } else {
         let [a, b, c] = corners.of(&mesh.tangents);
         corners.blend([a, b, c].map(Vec4::truncate)).extend(a.w)
-    };
-    (to_world.linear * object.truncate()).extend(object.w * to_world.handedness)
+    }
 }
 
 /// The direction of growing `u`; the bitangent points to falling `v`, glTF's "up" in a normal map.

@@ -37,7 +37,8 @@ impl<'a> Vertex<'a> {
         let material = mesh.material_of(hit.prim);
         let table = context.materials;
         let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context, material));
-        let surface = Surface::new(context.scene, hit, table.uv_sets(material), tangent_uv);
+        let placement = &context.placements[hit.instance as usize];
+        let surface = Surface::placed(context.scene, placement, hit, table.uv_sets(material), tangent_uv);
         let mut frame = surface.frame();
         let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {
             Some((evaluated, bsdf)) => (evaluated, Some(bsdf)),

@@ -4,17 +4,22 @@
 //! A wave belongs to one thread. What a path computes depends on its pixel, sample and the settings alone, never on
 //! its neighbours in the wave.
 
+mod ahead;
 mod queues;
+mod starts;
 
 pub(crate) use queues::{PathState, ShadowQueue};
+pub(crate) use starts::{Run, Starts};
 
 use crate::alpha::AlphaFilter;
-use crate::camera::{CameraRandom, CameraRays};
+use crate::camera::CameraRays;
 use crate::light::Lights;
 use crate::material::MaterialTable;
+use crate::placement::Placement;
 use crate::sample::{RenderStats, Sample};
 use crate::settings::RenderSettings;
 use crate::veil::VeilIndex;
+use ahead::fetch_ahead;
 use vastlight_math::{Ray, Sampler, rng};
 use vastlight_scene::Scene;
 use vastlight_simd::{Kernel, Simd8};
@@ -30,6 +35,8 @@ pub(crate) struct Context<'a> {
     pub(crate) settings: &'a RenderSettings,
     pub(crate) camera: &'a CameraRays,
     pub(crate) veils: &'a VeilIndex,
+    /// By instance.
+    pub(crate) placements: &'a [Placement],
 }
 
 /// The shading stage of an integrator.
@@ -72,15 +79,16 @@ pub(crate) struct Wave {
 }
 
 impl Wave {
-    /// Starts a path for every pixel and sample, in this order, and follows all to their end.
+    /// Starts a path for every sample of `runs`, in this order, and follows all to their end.
     pub(crate) fn run<S: Shade>(
         &mut self,
         context: &Context<'_>,
         shade: &S,
-        starts: impl Iterator<Item = ([u32; 2], u32)>,
+        runs: impl Iterator<Item = Run>,
         stats: &mut RenderStats,
     ) -> &[Sample] {
-        self.generate(context, starts);
+        self.clear();
+        context.tracer.level().dispatch(Generating { wave: self, context, runs });
         let mut depth = 1;
         while !self.rays.is_empty() {
             stats.rays += self.rays.len() as u64;
@@ -93,18 +101,25 @@ impl Wave {
         &self.samples
     }
 
-    fn generate(&mut self, context: &Context<'_>, starts: impl Iterator<Item = ([u32; 2], u32)>) {
+    fn clear(&mut self) {
         self.paths.clear();
         self.samples.clear();
         self.rays.clear();
         self.slots.clear();
+    }
+
+    /// Starts a path for each sample of one pixel.
+    #[inline(always)]
+    fn generate(&mut self, context: &Context<'_>, run: Run) {
         let seed = context.settings.seed;
-        for (slot, (pixel, sample)) in (0_u32..).zip(starts) {
-            let mut sampler = Sampler::new(pixel, sample, seed);
-            let random =
-                CameraRandom { filter: sampler.next_2d(), lens: sampler.next_2d(), time: sampler.next_1d() };
-            let key = (rng::hash_words(&[pixel[0], pixel[1], sample, seed]) >> 32) as u32;
-            self.rays.push(context.camera.ray(pixel, random));
+        let [x, y] = run.pixel;
+        let pixel_sampler = Sampler::new(run.pixel, 0, seed);
+        let pixel_hash = rng::hash_words(&[x, y]);
+        for sample in run.samples {
+            let slot = self.paths.len() as u32;
+            let sampler = pixel_sampler.at_sample(sample);
+            let key = (rng::hash_more(pixel_hash, &[sample, seed]) >> 32) as u32;
+            self.rays.push(context.camera.ray(run.pixel, context.camera.draw(sampler)));
             self.slots.push(slot);
             self.paths.push(PathState::new(slot, sampler, key));
             self.samples.push(Sample::MISS);
@@ -126,15 +141,12 @@ impl Wave {
 
     /// Shades all hits and collects the rays of the paths that go on.
     #[inline(always)]
-    fn shade<S: Shade>(&mut self, context: &Context<'_>, shade: &S, depth: u32) {
+    fn shade<L: Simd8, S: Shade>(&mut self, level: L, context: &Context<'_>, shade: &S, depth: u32) {
         self.shadows.clear();
         self.next_rays.clear();
         self.next_slots.clear();
         for i in 0..self.rays.len() {
-            if i % WARM_AHEAD == 0 {
-                let ahead = (i + WARM_AHEAD).min(self.hits.len());
-                warm(context.scene, &self.hits[i..ahead]);
-            }
+            fetch_ahead(level, context.scene, &self.hits, i);
             let slot = self.slots[i];
             let input = ShadeInput {
                 context,
@@ -153,6 +165,24 @@ impl Wave {
     }
 }
 
+/// The first stage, compiled for the machine's instructions.
+struct Generating<'w, 'c, R> {
+    wave: &'w mut Wave,
+    context: &'w Context<'c>,
+    runs: R,
+}
+
+impl<R: Iterator<Item = Run>> Kernel for Generating<'_, '_, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Simd8>(self, _level: L) {
+        for run in self.runs {
+            self.wave.generate(self.context, run);
+        }
+    }
+}
+
 /// The shading stage, compiled for the machine's instructions.
 struct Shading<'w, 'c, S> {
     wave: &'w mut Wave,
@@ -165,21 +195,7 @@ impl<S: Shade> Kernel for Shading<'_, '_, S> {
     type Output = ();
 
     #[inline(always)]
-    fn run<L: Simd8>(self, _level: L) {
-        self.wave.shade(self.context, self.shade, self.depth);
+    fn run<L: Simd8>(self, level: L) {
+        self.wave.shade(level, self.context, self.shade, self.depth);
     }
-}
-
-/// Hits whose triangles are read before they are shaded.
-const WARM_AHEAD: usize = 32;
-
-/// Reads the corners of the hit triangles, so that the processor fetches them side by side and not one by one while
-/// shading.
-fn warm(scene: &Scene, hits: &[Hit]) {
-    let mut sum = 0.0;
-    for hit in hits.iter().filter(|h| h.is_hit()) {
-        let mesh = &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize];
-        sum += mesh.corners(hit.prim).into_iter().map(|p| p.x).sum::<f32>();
-    }
-    std::hint::black_box(sum);
 }

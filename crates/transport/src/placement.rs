@@ -1,0 +1,65 @@
+//! What shading needs of an instance's matrix beside the matrix itself, found once for each instance.
+
+use rayon::prelude::*;
+use vastlight_math::{Affine3, Mat3, Vec3};
+use vastlight_scene::Scene;
+
+/// Roundings between a hit and the next ray's intersection, in units of f32's epsilon times the largest coordinate on
+/// the way. Found by search (`rays_leave_their_own_triangle`) and doubled.
+const ERROR_FACTOR: f32 = 4.0 * f32::EPSILON;
+
+/// An instance's way to the world: 52 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Placement {
+    /// The transposed inverse of the matrix up to a positive factor; for a mirrored instance too.
+    normals: Mat3,
+    /// 1, or -1 for a mirrored instance.
+    pub(crate) handedness: f32,
+    /// Largest row sum of the matrix' absolute values.
+    norm: f32,
+    /// The same times that of the inverse, at least 1, times the error of one rounding.
+    spread: f32,
+    /// Largest absolute coordinate of the translation.
+    translation: f32,
+}
+
+impl Placement {
+    /// Those of all instances.
+    pub(crate) fn all(scene: &Scene) -> Vec<Self> {
+        scene.instances().par_iter().map(|instance| Self::new(&instance.world_from_object)).collect()
+    }
+
+    pub(crate) fn new(map: &Affine3) -> Self {
+        let linear = Mat3::from_cols(map.x_axis, map.y_axis, map.z_axis);
+        let largest = linear.x_axis.abs().max(linear.y_axis.abs()).max(linear.z_axis.abs()).max_element();
+        let (x, y, z) = (linear.x_axis / largest, linear.y_axis / largest, linear.z_axis / largest);
+        let (cx, cy, cz) = (y.cross(z), z.cross(x), x.cross(y));
+        let determinant = x.dot(cx);
+        let handedness = 1.0_f32.copysign(determinant);
+        // The rows of the inverse are the cofactor columns over the determinant.
+        let row_sum = |v: Vec3| v.abs().element_sum();
+        let inverse_norm = row_sum(cx).max(row_sum(cy)).max(row_sum(cz)) / (determinant.abs() * largest);
+        let norm = (linear.x_axis.abs() + linear.y_axis.abs() + linear.z_axis.abs()).max_element();
+        Self {
+            normals: Mat3::from_cols(cx * handedness, cy * handedness, cz * handedness),
+            handedness,
+            norm,
+            spread: ERROR_FACTOR * (norm * inverse_norm).max(1.0),
+            translation: map.translation.abs().max_element(),
+        }
+    }
+
+    /// A normal in world space, unit; `fallback` where it has none.
+    #[inline(always)]
+    pub(crate) fn normal(&self, normal: Vec3, fallback: Vec3) -> Vec3 {
+        (self.normals * normal).normalize_or(fallback)
+    }
+
+    /// Bound of the error of a coordinate, there and back.
+    #[inline(always)]
+    pub(crate) fn error(&self, [a, b, c]: [Vec3; 3], position: Vec3) -> f32 {
+        let object = a.abs().max(b.abs()).max(c.abs()).max_element();
+        let world = self.norm * object + self.translation + position.abs().max_element();
+        self.spread * world
+    }
+}

@@ -1,0 +1,31 @@
+//! Reading ahead: triangles that will be shaded soon are asked of the caches in two steps, indices and then corners, so
+//! that shading does not wait for memory.
+
+use vastlight_scene::{Mesh, Scene};
+use vastlight_simd::Simd8;
+use vastlight_trace::Hit;
+
+/// Hits between asking for a triangle's indices and its corners, and again until it is shaded.
+const STEP: usize = 12;
+
+/// Asks for what the hit `2 * STEP` and the one `STEP` places behind number `i` need.
+#[inline(always)]
+pub(super) fn fetch_ahead<L: Simd8>(level: L, scene: &Scene, hits: &[Hit], i: usize) {
+    if let Some(hit) = hits.get(i + 2 * STEP).filter(|hit| hit.is_hit()) {
+        level.prefetch::<1>((&raw const mesh_of(scene, hit).triangles[hit.prim as usize]).cast());
+    }
+    if let Some(hit) = hits.get(i + STEP).filter(|hit| hit.is_hit()) {
+        let mesh = mesh_of(scene, hit);
+        for corner in mesh.triangles[hit.prim as usize] {
+            level.prefetch::<1>((&raw const mesh.positions[corner as usize]).cast());
+            if let Some(normal) = mesh.normals.get(corner as usize) {
+                level.prefetch::<1>((&raw const *normal).cast());
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn mesh_of<'s>(scene: &'s Scene, hit: &Hit) -> &'s Mesh {
+    &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize]
+}

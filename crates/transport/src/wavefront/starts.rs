@@ -1,0 +1,74 @@
+//! Which paths a wave starts: pixels of a tile in rows, the samples of a pixel ascending.
+
+use crate::settings::Tile;
+use std::ops::Range;
+
+/// Samples of one pixel that follow each other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Run {
+    /// Column and row.
+    pub(crate) pixel: [u32; 2],
+    /// Numbers of the samples.
+    pub(crate) samples: Range<u32>,
+}
+
+/// The samples of a tile, numbered from 0 in the order of rendering.
+#[derive(Clone, Debug)]
+pub(crate) struct Starts {
+    tile: Tile,
+    samples: Range<u32>,
+}
+
+impl Starts {
+    /// The samples numbered `samples` of every pixel of `tile`.
+    pub(crate) fn new(tile: Tile, samples: Range<u32>) -> Self {
+        Self { tile, samples }
+    }
+
+    /// Number of samples.
+    pub(crate) fn len(&self) -> u64 {
+        self.tile.pixels() * self.samples.len() as u64
+    }
+
+    /// Those numbered `range`, pixel by pixel.
+    pub(crate) fn runs(&self, range: Range<u64>) -> impl Iterator<Item = Run> {
+        let (width, each) = (u64::from(self.tile.width()), self.samples.len() as u64);
+        let ([x, y], first_sample) = (self.tile.min, self.samples.start);
+        let mut next = range.start;
+        std::iter::from_fn(move || {
+            (next < range.end).then(|| {
+                let (pixel, sample) = (next / each, next % each);
+                let last = each.min(sample + (range.end - next));
+                next += last - sample;
+                Run {
+                    pixel: [x + (pixel % width) as u32, y + (pixel / width) as u32],
+                    samples: first_sample + sample as u32..first_sample + last as u32,
+                }
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_cut_anywhere_give_every_sample_once_and_in_order() {
+        let starts = Starts::new(Tile { min: [3, 5], max: [7, 8] }, 10..15);
+        let expected: Vec<_> =
+            (5..8).flat_map(|y| (3..7).flat_map(move |x| (10..15).map(move |s| ([x, y], s)))).collect();
+        assert_eq!(starts.len(), expected.len() as u64);
+        for step in [1, 2, 5, 7, 60, 100] {
+            let mut found = Vec::new();
+            for first in (0..starts.len()).step_by(step) {
+                for run in starts.runs(first..starts.len().min(first + step as u64)) {
+                    assert!(!run.samples.is_empty());
+                    found.extend(run.samples.map(|s| (run.pixel, s)));
+                }
+            }
+            assert_eq!(found, expected, "{step}");
+        }
+        assert_eq!(Starts::new(Tile { min: [0, 0], max: [4, 4] }, 3..3).len(), 0);
+    }
+}
