@@ -15,6 +15,14 @@ fn nearest(x: f32) -> (f32, u32) {
     (shifted - NO_FRACTION, shifted.to_bits())
 }
 
+/// `a` and `b`, exchanged if `mask` is all ones instead of zero. For decisions that cannot be foretold: no branch.
+#[inline(always)]
+pub(crate) fn exchange(a: f32, b: f32, mask: u32) -> (f32, f32) {
+    let (a, b) = (a.to_bits(), b.to_bits());
+    let flip = (a ^ b) & mask;
+    (f32::from_bits(a ^ flip), f32::from_bits(b ^ flip))
+}
+
 /// Sine and cosine of `x` in radians; accurate for |x| up to about 8000, which any angle in a renderer is.
 #[inline]
 #[must_use]
@@ -25,12 +33,10 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     let z = r * r;
     let sin = ((-1.951_529_6e-4 * z + 8.332_161e-3) * z - 1.666_665_5e-1) * z * r + r;
     let cos = ((2.443_315_7e-5 * z - 1.388_731_6e-3) * z + 4.166_664_6e-2) * z * z - 0.5 * z + 1.0;
-    // Odd quarters swap sine and cosine. Without branches: angles of samples cannot be foretold.
-    let (sin, cos) = (sin.to_bits(), cos.to_bits());
-    let swap = (sin ^ cos) & (quarter_bits & 1).wrapping_neg();
+    let (sin, cos) = exchange(sin, cos, (quarter_bits & 1).wrapping_neg());
     let sin_sign = (quarter_bits & 2) << 30;
     let cos_sign = (quarter_bits.wrapping_add(1) & 2) << 30;
-    (f32::from_bits(sin ^ swap ^ sin_sign), f32::from_bits(cos ^ swap ^ cos_sign))
+    (f32::from_bits(sin.to_bits() ^ sin_sign), f32::from_bits(cos.to_bits() ^ cos_sign))
 }
 
 /// Sine of `x` radians. See [`sin_cos`].

@@ -1,31 +1,31 @@
 //! Maps from the unit square to other domains, each with its density.
 
-use crate::real::sin_cos;
+use crate::real::{exchange, sin_cos};
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 
 /// The unit disc, uniformly and with little distortion (Shirley and Chiu 1997, "A low distortion map between disk and
 /// square"). Density [`DISK_PDF`].
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn concentric_disk(u: Vec2) -> Vec2 {
     let p = u * 2.0 - Vec2::ONE;
     if p == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    // The angle is measured from the axis that is nearer. Selections, not branches: either is as likely.
-    let wide = p.x.abs() > p.y.abs();
-    let (radius, other) = if wide { (p.x, p.y) } else { (p.y, p.x) };
+    // The angle is measured from the nearer axis, in coordinates that are exchanged if that is y.
+    let nearer_y = u32::from(p.x.abs().to_bits() <= p.y.abs().to_bits()).wrapping_neg();
+    let (radius, other) = exchange(p.x, p.y, nearer_y);
     let (sin, cos) = sin_cos(FRAC_PI_4 * (other / radius));
-    let (along, across) = (radius * cos, radius * sin);
-    if wide { Vec2::new(along, across) } else { Vec2::new(across, along) }
+    let (x, y) = exchange(radius * cos, radius * sin, nearer_y);
+    Vec2::new(x, y)
 }
 
 /// Density of [`concentric_disk`] over area.
 pub const DISK_PDF: f32 = FRAC_1_PI;
 
 /// Directions around +z with density proportional to the cosine.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
     let d = concentric_disk(u);

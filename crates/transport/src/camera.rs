@@ -64,7 +64,7 @@ impl CameraRays {
     }
 
     /// A ray through `pixel` (column, row from the top) with a unit direction in world space.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn ray(&self, pixel: [u32; 2], random: CameraRandom) -> Ray {
         let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);

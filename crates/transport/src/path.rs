@@ -51,11 +51,13 @@ impl VertexRandom {
     }
 
     /// Choice of a light, and the place on it.
+    #[inline(always)]
     fn light(&self) -> (f32, Vec2) {
         (self.dimension(0).next_1d(), self.dimension(1).next_2d())
     }
 
     /// Choice of a lobe, and the direction.
+    #[inline(always)]
     fn direction(&self) -> (f32, Vec2) {
         (self.dimension(2).next_1d(), self.dimension(3).next_2d())
     }

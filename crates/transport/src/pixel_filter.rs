@@ -94,13 +94,13 @@ impl FilterSampler {
     }
 
     /// An offset from the pixel's centre, in pixels.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn sample(&self, u: Vec2) -> Vec2 {
         Vec2::new(self.sample_1d(u.x), self.sample_1d(u.y))
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_1d(&self, u: f32) -> f32 {
         let scaled = u * STEPS as f32;
         let step = (scaled as i32).clamp(0, STEPS as i32 - 1) as usize;

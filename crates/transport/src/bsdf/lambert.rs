@@ -3,7 +3,7 @@
 use vastlight_math::{Vec2, Vec3, warp};
 
 /// `f * cos` of a diffuse reflector and the density of [`sample`]; zero for directions on different sides.
-#[inline]
+#[inline(always)]
 pub(crate) fn evaluate(albedo: Vec3, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
     if wo.z * wi.z <= 0.0 {
         return (Vec3::ZERO, 0.0);
@@ -13,7 +13,7 @@ pub(crate) fn evaluate(albedo: Vec3, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
 }
 
 /// A direction on the side of `wo`, and its density; `None` on the horizon.
-#[inline]
+#[inline(always)]
 pub(crate) fn sample(wo: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
     let mut wi = warp::cosine_hemisphere(u);
     let pdf = warp::cosine_hemisphere_pdf(wi.z);

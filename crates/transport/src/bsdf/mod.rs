@@ -173,7 +173,7 @@ impl Bsdf {
     }
 
     /// [`Bsdf::eval`] and [`Bsdf::pdf`] for the price of one.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         match &self.kind {
@@ -184,7 +184,7 @@ impl Bsdf {
 
     /// Draws a direction; `None` where the sample ends the path (it left through the surface's own horizon, or there
     /// is nothing to scatter). `u_lobe` and `u` are uniform in [0, 1).
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         match &self.kind {

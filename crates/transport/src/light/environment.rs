@@ -118,7 +118,7 @@ impl<'a> DistantLights<'a> {
         self.sun.as_ref().map_or(0.0, |s| s.pdf(wi))
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample_background(&self, normal: Vec3, u: Vec2) -> Option<Vec3> {
         match &self.background {
             Background::Constant(_) if normal == Vec3::ZERO => Some(warp::uniform_sphere(u)),

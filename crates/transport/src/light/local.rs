@@ -51,7 +51,7 @@ impl<'a> LocalLights<'a> {
     }
 
     /// Chooses a light and a point on it. The density does not include the choice of local lights over others.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(
         &self,
         estimate: &Estimate,

@@ -143,6 +143,7 @@ impl<'a> Lights<'a> {
         self.sample_directional(weights, normal, pick)
     }
 
+    #[inline(always)]
     fn distant_sample(&self, odds: Odds, normal: Vec3, wi: Vec3) -> Option<LightSample> {
         let radiance = self.distant.radiance(wi);
         let pdf = self.density_of_direction(odds, normal, wi);
@@ -201,7 +202,7 @@ impl<'a> Lights<'a> {
     }
 
     /// [`Lights::pdf_environment`] with the odds for the same point and normal.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn density_of_direction(&self, odds: Odds, normal: Vec3, wi: Vec3) -> f32 {
         let mut pdf = 0.0;
         if odds.background > 0.0 {

@@ -68,6 +68,7 @@ impl PathState {
     }
 
     /// The key of alpha decisions of the shadow ray at the end of segment number `depth`.
+    #[inline(always)]
     pub(crate) fn shadow_key(&self, depth: u32) -> u32 {
         self.alpha_key(depth) ^ 0x5bd1_e995
     }
@@ -96,6 +97,7 @@ impl ShadowQueue {
     }
 
     /// Adds `radiance` to the sample in `slot` if `ray` is free. `key` decides about blended surfaces on the way.
+    #[inline(always)]
     pub(crate) fn push(&mut self, slot: u32, key: u32, ray: Ray, radiance: Vec3) {
         self.rays.push(ray);
         self.carried.push((slot, radiance));
