@@ -179,7 +179,7 @@ fn tangent(mesh: &Mesh, corners: &Corners, points: [Vec3; 3], set: u32) -> Vec4 
     if mesh.tangents.is_empty() {
         match mesh.uvs.get(set as usize) {
             Some(uvs) if !uvs.is_empty() => tangent_of_uvs(points, corners.of(uvs)),
-            _ => return Vec4::ZERO,
+            _ => Vec4::ZERO,
         }
     } else {
         let [a, b, c] = corners.of(&mesh.tangents);
