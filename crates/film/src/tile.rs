@@ -75,6 +75,7 @@ impl FilmTile {
     }
 
     /// Adds one sample to pixel (x, y) of the whole picture; samples outside the tile are ignored.
+    #[inline]
     pub fn add(&mut self, x: u32, y: u32, sample: &PixelSample) {
         let Some(i) = self.window.index(x, y) else { return };
         self.samples[i] += 1;
@@ -135,7 +136,7 @@ impl FilmTile {
 
 /// Adds a vector to the sums of pixel `i`, if the plane is there.
 #[inline]
-fn add_vec3<S: std::ops::AddAssign>(plane: &mut [[S; 3]], i: usize, v: Vec3, convert: fn(f32) -> S) {
+fn add_vec3<S: std::ops::AddAssign>(plane: &mut [[S; 3]], i: usize, v: Vec3, convert: impl Fn(f32) -> S) {
     if let Some([x, y, z]) = plane.get_mut(i) {
         *x += convert(v.x);
         *y += convert(v.y);

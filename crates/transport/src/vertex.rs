@@ -128,16 +128,13 @@ impl<'a> Vertex<'a> {
         hit: &Hit,
         sample: &mut Sample,
     ) {
-        *sample = Sample {
-            radiance: sample.radiance,
-            albedo: if self.evaluated.unlit { unit(self.evaluated.emission) } else { bsdf.albedo() },
-            normal: self.facing_normal(),
-            position: self.surface.position,
-            depth: context.camera.depth(ray, hit.t),
-            coverage: 1.0,
-            object: hit.instance,
-            material: self.material,
-        };
+        sample.albedo = if self.evaluated.unlit { unit(self.evaluated.emission) } else { bsdf.albedo() };
+        sample.normal = self.facing_normal();
+        sample.position = self.surface.position;
+        sample.depth = context.camera.depth(ray, hit.t);
+        sample.coverage = 1.0;
+        sample.object = hit.instance;
+        sample.material = self.material;
     }
 
     /// Shading normal on the side of the ray.

@@ -102,7 +102,7 @@ impl<'a> DistantLights<'a> {
     }
 
     /// Density with which [`DistantLights::sample_background`] finds a direction.
-    #[inline]
+    #[inline(always)]
     pub(super) fn background_pdf(&self, normal: Vec3, wi: Vec3) -> f32 {
         match &self.background {
             Background::Constant(_) if normal == Vec3::ZERO => warp::SPHERE_PDF,
