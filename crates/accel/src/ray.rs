@@ -6,6 +6,7 @@
 //! depends on the boxes above it.
 
 use vastlight_math::Vec3;
+use vastlight_simd::Simd8;
 
 /// Half a unit in the last place of 1.
 const EPSILON: f32 = 1.0 / 16_777_216.0;
@@ -36,6 +37,8 @@ pub struct BoxRay {
     pub far_offset: [f32; 3],
     /// 1 where the ray enters a slab by the upper plane, 0 by the lower.
     pub enters_by_upper: [usize; 3],
+    /// How much wider than they are boxes are taken, on each side.
+    pub margin: f32,
 }
 
 /// A ray in a space, its direction scaled by a power of two so that no product under- or overflows.
@@ -94,18 +97,50 @@ impl ScaledRay {
             near_offset: std::array::from_fn(|k| o[k] * reciprocal[k] + margin * reciprocal[k].abs()),
             far_offset: std::array::from_fn(|k| o[k] * reciprocal[k] - margin * reciprocal[k].abs()),
             enters_by_upper: reciprocal.map(|r| usize::from(r < 0.0)),
+            margin,
         }
     }
 
     /// Prepares for triangle tests against a mesh with coordinates up to `extent`; none where the ray starts beyond 2^40.
     #[inline(always)]
     #[must_use]
-    pub fn for_triangles(&self, extent: f32) -> Option<TriangleRay> {
+    pub fn for_triangles(&self, extent: f32) -> Option<(BoxRay, TriangleRay)> {
         if self.origin.abs().max_element() > FARTHEST_FROM_MESH {
             return None;
         }
         let boxes = self.for_boxes(extent, 1.0);
-        let d = self.direction.to_array();
+        let triangles = TriangleRay::new(boxes.origin, self.direction.to_array(), boxes.reciprocal, extent);
+        Some((boxes, triangles))
+    }
+
+    /// The scaled direction.
+    #[inline(always)]
+    #[must_use]
+    pub fn direction(&self) -> Vec3 {
+        self.direction
+    }
+}
+
+/// A ray prepared for triangle tests.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TriangleRay {
+    /// Where the ray starts.
+    pub origin: [f32; 3],
+    /// Reciprocal of the direction, finite and not zero.
+    pub reciprocal: [f32; 3],
+    /// The axes that become x, y and z after the shear; z is the longest of the direction.
+    pub axes: [usize; 3],
+    /// `x' = x - shear[0] z`, `y' = y - shear[1] z`, `t = shear[2] z`.
+    pub shear: [f32; 3],
+    /// Width of the margin around a triangle's own box, in units of `t` along each axis.
+    pub own_margin: [f32; 3],
+}
+
+impl TriangleRay {
+    /// From a ray's figures in the space of a mesh with coordinates up to `extent`.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(origin: [f32; 3], d: [f32; 3], reciprocal: [f32; 3], extent: f32) -> Self {
         let a = d.map(f32::abs);
         let z = if a[0] >= a[1] && a[0] >= a[2] {
             0
@@ -115,29 +150,64 @@ impl ScaledRay {
             2
         };
         let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        // The largest component is never replaced in `for_boxes`.
-        let scale = boxes.reciprocal[z];
-        let margin = (self.origin.abs().max_element() + extent) * OWN_BOX_MARGIN;
-        Some(TriangleRay {
+        // The largest component is never replaced in its reciprocal.
+        let scale = reciprocal[z];
+        let largest_origin = Vec3::from(origin).abs().max_element();
+        let margin = (largest_origin + extent) * OWN_BOX_MARGIN;
+        Self {
+            origin,
+            reciprocal,
             axes: [x, y, z],
             shear: [d[x] * scale, d[y] * scale, scale],
-            own_margin: boxes.reciprocal.map(|r| margin * r.abs()),
-            boxes,
-        })
+            own_margin: reciprocal.map(|r| margin * r.abs()),
+        }
     }
 }
 
-/// A ray prepared for box and triangle tests.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TriangleRay {
-    /// The part for boxes.
-    pub boxes: BoxRay,
-    /// The axes that become x, y and z after the shear; z is the longest of the direction.
-    pub axes: [usize; 3],
-    /// `x' = x - shear[0] z`, `y' = y - shear[1] z`, `t = shear[2] z`.
-    pub shear: [f32; 3],
-    /// Width of the margin around a triangle's own box, in units of `t` along each axis.
-    pub own_margin: [f32; 3],
+/// Eight rays in lanes, as [`ScaledRay`] and [`BoxRay`] have one.
+#[derive(Clone, Copy, Debug)]
+pub struct EightRays<S: Simd8> {
+    /// Origins, by axis.
+    pub origin: [S::F; 3],
+    /// Directions, by axis.
+    pub direction: [S::F; 3],
+}
+
+impl<S: Simd8> EightRays<S> {
+    /// The lanes that [`ScaledRay::new`] and [`ScaledRay::for_triangles`] would take as they are, as bits.
+    #[inline(always)]
+    #[must_use]
+    pub fn comfortable(&self, s: S) -> u32 {
+        let largest = largest(s, &self.direction);
+        let [x, y, z] = self.origin;
+        let limit = s.splat(FARTHEST_FROM_MESH);
+        let near = s.and(s.and(s.le(s.abs(x), limit), s.le(s.abs(y), limit)), s.le(s.abs(z), limit));
+        let [x, y, z] = self.direction;
+        let limit = s.splat(*DIRECTION_RANGE.end());
+        let short = s.and(s.and(s.le(s.abs(x), limit), s.le(s.abs(y), limit)), s.le(s.abs(z), limit));
+        s.bits(s.and(s.and(near, short), s.le(s.splat(*DIRECTION_RANGE.start()), largest)))
+    }
+
+    /// Reciprocals of the directions, and the margins of boxes: see [`ScaledRay::for_boxes`], whose bits these are.
+    #[inline(always)]
+    #[must_use]
+    pub fn for_boxes(&self, s: S, extent: f32, margin_factor: f32) -> ([S::F; 3], S::F) {
+        let smallest = s.mul(largest(s, &self.direction), s.splat(SMALLEST_COMPONENT));
+        let [x, y, z] = self.direction;
+        let reciprocal = [reciprocal(s, x, smallest), reciprocal(s, y, smallest), reciprocal(s, z, smallest)];
+        let reach = s.add(largest(s, &self.origin), s.splat(extent));
+        (reciprocal, s.mul(reach, s.splat(NODE_MARGIN * margin_factor)))
+    }
+}
+
+#[inline(always)]
+fn largest<S: Simd8>(s: S, [x, y, z]: &[S::F; 3]) -> S::F {
+    s.max(s.max(s.abs(*x), s.abs(*y)), s.abs(*z))
+}
+
+#[inline(always)]
+fn reciprocal<S: Simd8>(s: S, direction: S::F, smallest: S::F) -> S::F {
+    s.div(s.splat(1.0), s.copysign(s.max(s.abs(direction), smallest), direction))
 }
 
 #[cfg(test)]
@@ -167,7 +237,7 @@ mod tests {
             let largest = ray.direction.abs().max_element();
             assert!(DIRECTION_RANGE.contains(&largest), "{length}: {largest}");
             assert_eq!(f64::from(ray.direction.x), f64::from(length) * f64::from(ray.t_scale));
-            let boxes = ray.for_triangles(1.0).expect("near").boxes;
+            let (boxes, _) = ray.for_triangles(1.0).expect("near");
             for values in [boxes.reciprocal, boxes.near_offset, boxes.far_offset] {
                 assert!(values.iter().all(|v| v.is_finite()));
             }

@@ -77,7 +77,7 @@ impl<S: Simd8> Shear<S> {
     #[inline(always)]
     fn new(s: S, ray: &TriangleRay) -> Self {
         let [x, y, z] = ray.axes;
-        let o = ray.boxes.origin;
+        let o = ray.origin;
         Self {
             axes: ray.axes,
             origin: [s.splat(o[x]), s.splat(o[y]), s.splat(o[z])],
@@ -113,7 +113,7 @@ fn own_slab<S: Simd8>(s: S, block: &Block8, ray: &TriangleRay, axis: usize) -> (
     let (a, b) = (s.load(&block.corners[0][axis]), s.load(&block.corners[1][axis]));
     let c = s.load(&block.corners[2][axis]);
     let (lower, upper) = (s.min(s.min(a, b), c), s.max(s.max(a, b), c));
-    let (origin, reciprocal) = (s.splat(ray.boxes.origin[axis]), s.splat(ray.boxes.reciprocal[axis]));
+    let (origin, reciprocal) = (s.splat(ray.origin[axis]), s.splat(ray.reciprocal[axis]));
     let margin = s.splat(ray.own_margin[axis]);
     let (p, q) = (s.mul(s.sub(lower, origin), reciprocal), s.mul(s.sub(upper, origin), reciprocal));
     (s.sub(s.min(p, q), margin), s.add(s.max(p, q), margin))

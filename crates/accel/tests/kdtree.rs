@@ -7,7 +7,7 @@ use common::{boxes, inputs, noise, point};
 use rayon::ThreadPoolBuilder;
 use vastlight_accel::kdtree::traverse::KdRay;
 use vastlight_accel::kdtree::{Cuts, KdConfig, KdMesh, KdNode, KdTree, KdViolation, build};
-use vastlight_accel::ray::{ScaledRay, TriangleRay};
+use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
 use vastlight_accel::triangle::intersect;
 use vastlight_accel::wide::{Block8, MeshView};
 use vastlight_math::{Aabb, Vec3};
@@ -130,8 +130,8 @@ fn meet(block: &Block8, ray: &TriangleRay, best: &mut Found) {
 }
 
 /// By threads or with a stack; also counts the leaves on the way.
-fn walk(mesh: &KdMesh, ray: &TriangleRay, stacked: bool, leaves: &mut usize) -> Found {
-    let kd_ray = KdRay::new(&ray.boxes, 0.0);
+fn walk(mesh: &KdMesh, (boxes, ray): &(BoxRay, TriangleRay), stacked: bool, leaves: &mut usize) -> Found {
+    let kd_ray = KdRay::new(boxes, 0.0);
     let (mut best, mut stack) = (None, Vec::new());
     let t_max = |best: Found| best.map_or(f32::INFINITY, |b| b.0);
     let mut next = if stacked {
@@ -194,7 +194,7 @@ fn walks_find_what_brute_force_finds() {
                 let scaled = ScaledRay::new(origin * mesh.scale, direction * mesh.scale);
                 let Some(ray) = scaled.and_then(|ray| ray.for_triangles(mesh.extent)) else { continue };
                 let mut expected = None;
-                mesh.blocks.iter().for_each(|block| meet(block, &ray, &mut expected));
+                mesh.blocks.iter().for_each(|block| meet(block, &ray.1, &mut expected));
                 let (mut threaded, mut stacked) = (0, 0);
                 assert_eq!(walk(&mesh, &ray, false, &mut threaded), expected, "{input}, {config:?}");
                 assert_eq!(walk(&mesh, &ray, true, &mut stacked), expected, "{input}, {config:?}, stack");
@@ -227,12 +227,12 @@ fn a_walk_that_trusts_any_hit_is_found_out() {
     let mesh = mesh(triangles, &KdConfig { max_growth: 16.0, ..KdConfig::default() });
     let wrong = rays(triangles, 300).iter().any(|&(origin, direction)| {
         let ray = ScaledRay::new(origin, direction).and_then(|r| r.for_triangles(mesh.extent)).expect("fine");
-        let kd_ray = KdRay::new(&ray.boxes, 0.0);
+        let kd_ray = KdRay::new(&ray.0, 0.0);
         let (mut hasty, mut expected) = (None, None);
-        mesh.blocks.iter().for_each(|block| meet(block, &ray, &mut expected));
+        mesh.blocks.iter().for_each(|block| meet(block, &ray.1, &mut expected));
         let mut next = kd_ray.first(&mesh.nodes, f32::INFINITY);
         while let (Some((leaf, _)), None) = (next, hasty) {
-            mesh.blocks[mesh.nodes[leaf].items()].iter().for_each(|block| meet(block, &ray, &mut hasty));
+            mesh.blocks[mesh.nodes[leaf].items()].iter().for_each(|block| meet(block, &ray.1, &mut hasty));
             next = kd_ray.after(&mesh.nodes, leaf, f32::INFINITY);
         }
         hasty != expected

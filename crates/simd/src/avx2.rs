@@ -6,9 +6,10 @@
 
 use crate::{Kernel, Simd8};
 use std::arch::x86_64::{
-    __m256, _CMP_LE_OQ, _CMP_NEQ_UQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps, _mm256_and_ps, _mm256_cmp_ps,
-    _mm256_div_ps, _mm256_fmsub_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps,
-    _mm256_mul_ps, _mm256_or_ps, _mm256_permute2f128_ps, _mm256_set1_ps, _mm256_storeu_ps, _mm256_sub_ps,
+    __m256, _CMP_LE_OQ, _CMP_NEQ_UQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps, _mm256_and_ps,
+    _mm256_andnot_ps, _mm256_cmp_ps, _mm256_div_ps, _mm256_fmsub_ps, _mm256_loadu_ps, _mm256_max_ps,
+    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permute2f128_ps, _mm256_set1_ps,
+    _mm256_storeu_ps, _mm256_sub_ps,
 };
 
 /// Proof that the processor has AVX2, FMA, BMI1, BMI2, LZCNT and POPCNT. Only [`Avx2::detect`] makes one.
@@ -75,6 +76,11 @@ impl Simd8 for Avx2 {
     register_op!(mul_sub(a: __m256, b: __m256, c: __m256) -> __m256, _mm256_fmsub_ps(a, b, c));
     register_op!(min(a: __m256, b: __m256) -> __m256, _mm256_min_ps(a, b));
     register_op!(max(a: __m256, b: __m256) -> __m256, _mm256_max_ps(a, b));
+    register_op!(abs(a: __m256) -> __m256, _mm256_andnot_ps(_mm256_set1_ps(-0.0), a));
+    register_op!(copysign(a: __m256, sign: __m256) -> __m256, {
+        let bit = _mm256_set1_ps(-0.0);
+        _mm256_or_ps(_mm256_and_ps(bit, sign), _mm256_andnot_ps(bit, a))
+    });
     register_op!(swap_halves(a: __m256) -> __m256, _mm256_permute2f128_ps::<1>(a, a));
     register_op!(le(a: __m256, b: __m256) -> __m256, _mm256_cmp_ps::<_CMP_LE_OQ>(a, b));
     register_op!(ne(a: __m256, b: __m256) -> __m256, _mm256_cmp_ps::<_CMP_NEQ_UQ>(a, b));

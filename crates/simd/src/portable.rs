@@ -56,6 +56,14 @@ impl Simd8 for Portable {
         zip(a, b, |a, b| if a > b { a } else { b })
     }
     #[inline(always)]
+    fn abs(self, a: Self::F) -> Self::F {
+        a.map(f32::abs)
+    }
+    #[inline(always)]
+    fn copysign(self, a: Self::F, sign: Self::F) -> Self::F {
+        zip(a, sign, f32::copysign)
+    }
+    #[inline(always)]
     fn swap_halves(self, a: Self::F) -> Self::F {
         std::array::from_fn(|i| a[(i + 4) % 8])
     }

@@ -32,6 +32,11 @@ pub trait Simd8: Copy + Send + Sync + 'static {
     /// `if a > b { a } else { b }`: the second operand where one is NaN.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
 
+    /// `|a|`
+    fn abs(self, a: Self::F) -> Self::F;
+    /// `a` with the signs of `sign`.
+    fn copysign(self, a: Self::F, sign: Self::F) -> Self::F;
+
     /// Lanes 4 to 7 before lanes 0 to 3.
     fn swap_halves(self, a: Self::F) -> Self::F;
 

@@ -29,6 +29,8 @@ impl Kernel for AllOperations {
             s.div(a, b),
             s.min(a, b),
             s.max(a, b),
+            s.abs(a),
+            s.copysign(a, b),
             s.swap_halves(a),
         ];
         let (le, ne) = (s.le(a, b), s.ne(a, b));
@@ -61,6 +63,8 @@ fn oracle(a: [f32; 8], b: [f32; 8]) -> Results {
             zip(&|a, b| a / b),
             zip(&|a, b| if a < b { a } else { b }),
             zip(&|a, b| if a > b { a } else { b }),
+            a.map(|a| canonical_bits(a.abs())),
+            zip(&f32::copysign),
             std::array::from_fn(|i| canonical_bits(a[(i + 4) % 8])),
         ],
         masks: vec![mask(&|a, b| a <= b), mask(&|a, b| a != b), mask(&|a, b| a < b), mask(&|_, _| true)],

@@ -196,7 +196,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         let mesh = &tracer.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
-        let (Some(root), Some(triangles)) = (mesh.root, scaled.for_triangles(mesh.extent)) else {
+        let (Some(root), Some((boxes, triangles))) = (mesh.root, scaled.for_triangles(mesh.extent)) else {
             return false;
         };
         let t_max = if self.best.is_hit() { self.best.t } else { self.ray.t_max };
@@ -204,7 +204,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         self.stages[MESH] = Stage {
             nodes: &mesh.nodes,
             memory: Memory::new(&mesh.nodes, &mesh.blocks),
-            lanes: RayLanes::new(simd, &triangles.boxes, self.t_min),
+            lanes: RayLanes::new(simd, &boxes, self.t_min),
             t_max: t_max / scaled.t_scale,
             t_scale: scaled.t_scale,
         };

@@ -1,9 +1,11 @@
 //! Placed meshes: the map from world rays to the mesh's space, and boxes in the world.
 
 use rayon::prelude::*;
+use vastlight_accel::ray::EightRays;
 use vastlight_math::glam::{DAffine3, DMat3, DVec3};
 use vastlight_math::{Aabb, Affine3, Vec3};
 use vastlight_scene::{Instance, Scene};
+use vastlight_simd::Simd8;
 
 /// An instance as rays see it, 56 bytes.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +60,35 @@ impl Placed {
         let point = self.rows.map(|row| linear(origin, row) + row[3]);
         (Vec3::from(point), Vec3::from(self.rows.map(|row| linear(direction, row))))
     }
+
+    /// [`Placed::map_ray`] of eight rays, with the same bits.
+    #[inline(always)]
+    pub(crate) fn map_rays<S: Simd8>(&self, s: S, rays: &EightRays<S>) -> EightRays<S> {
+        if self.identity {
+            return *rays;
+        }
+        let [x, y, z] = &self.rows;
+        let origin = [linear(s, &rays.origin, x), linear(s, &rays.origin, y), linear(s, &rays.origin, z)];
+        EightRays {
+            origin: [
+                s.add(origin[0], s.splat(x[3])),
+                s.add(origin[1], s.splat(y[3])),
+                s.add(origin[2], s.splat(z[3])),
+            ],
+            direction: [
+                linear(s, &rays.direction, x),
+                linear(s, &rays.direction, y),
+                linear(s, &rays.direction, z),
+            ],
+        }
+    }
+}
+
+/// The product of eight vectors with a row.
+#[inline(always)]
+fn linear<S: Simd8>(s: S, v: &[S::F; 3], row: &[f32; 4]) -> S::F {
+    let xy = s.add(s.mul(s.splat(row[0]), v[0]), s.mul(s.splat(row[1]), v[1]));
+    s.add(xy, s.mul(s.splat(row[2]), v[2]))
 }
 
 impl Footprint {

@@ -4,6 +4,7 @@
 //! scene alone: they do not depend on the structure, the instructions, the number of threads or the order of rays.
 
 pub mod bench;
+mod bundle;
 mod flight;
 mod hit;
 mod instance;

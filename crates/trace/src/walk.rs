@@ -1,9 +1,13 @@
-//! Batches of rays on one thread: one flight after the other, or several that take turns.
+//! Batches of rays on one thread: in bundles, one flight after the other, or several flights that take turns.
+//!
+//! Rays that follow each other and go much the same way are tried as a bundle. If that turns out to be work, the next
+//! ones fly alone for a while.
 //!
 //! Taking turns hides the time that memory needs, but it mixes up what the processor has learnt about branches. So it pays
 //! where ways are short and memory is what they wait for, and costs where ways are long: rays whose neighbours
 //! needed few steps take turns, others do not.
 
+use crate::bundle::{self, Bundle, Job};
 use crate::flight::Flight;
 use crate::{Hit, HitFilter, Tracer};
 use std::ops::Range;
@@ -17,6 +21,8 @@ const TOGETHER: usize = 8;
 const SPAN: usize = 256;
 /// Rays of a batch's first span.
 const FIRST_SPAN: usize = 32;
+/// Rays that fly alone after the first bundle that did not stay together; twice as many after the next.
+const FIRST_ALONE: usize = 512;
 /// Flights with fewer steps take turns.
 const SHORT_WAY: usize = 20;
 
@@ -66,7 +72,18 @@ impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> 
             Flight::grounded(simd, h),
         ];
         let (mut first, mut span, mut short) = (0, FIRST_SPAN, false);
+        let mut bundle = Bundle::default();
+        let (mut alone, mut alone_until) = (FIRST_ALONE, 0);
         while first < self.rays.len() {
+            let count = if first < alone_until { 0 } else { bundle::count(&self.rays[first..]) };
+            if count > 0 {
+                if self.in_bundle(simd, first..first + count, &mut bundle) {
+                    first += count;
+                    continue;
+                }
+                alone_until = first + alone;
+                alone *= 2;
+            }
             let range = first..(first + span).min(self.rays.len());
             let count = range.len();
             first = range.end;
@@ -99,6 +116,14 @@ impl Stacks {
 }
 
 impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
+    /// Traces rays as a bundle; false, and nothing answered, if they do not go together.
+    #[inline(always)]
+    fn in_bundle<S: Simd8>(&mut self, simd: S, range: Range<usize>, bundle: &mut Bundle) -> bool {
+        let (tracer, filter) = (self.tracer, self.filter);
+        let job: Job<'_, F, ANY> = Job { tracer, first: range.start, rays: &self.rays[range], filter };
+        bundle.trace(simd, &job, &mut self.answers)
+    }
+
     /// Flies one ray after the other; gives the number of steps.
     #[inline(always)]
     fn one_by_one<'f, S: Simd8>(&mut self, simd: S, range: Range<usize>, flight: &mut Flight<'f, S>) -> usize

@@ -3,7 +3,9 @@
 mod common;
 
 use common::shapes::{closed_surface, random_soup, soup, thin_soup};
-use common::{ACCELS, BruteForce, Random, closest, occluded, rays_at, scene, streamed, tracer, tracer_over};
+use common::{
+    ACCELS, BruteForce, Random, beams, closest, occluded, rays_at, scene, streamed, tracer, tracer_over,
+};
 use vastlight_math::glam::{DVec3, Quat};
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Mesh, Scene};
@@ -12,6 +14,9 @@ use vastlight_simd::Level;
 /// Compares hits and occlusion with brute force at every level; at least `least_hits` rays must hit.
 fn check(name: &str, scene: &Scene, rays: &[Ray], least_hits: usize) {
     let oracle = BruteForce::new(scene);
+    let mut random = Random(3);
+    // Alone, and in bundles.
+    let rays = &[rays, &beams(&mut random, &rays[..rays.len().min(8)])].concat();
     let expected: Vec<_> = rays.iter().map(|r| oracle.closest(r)).collect();
     let hits = expected.iter().filter(|h| h.is_hit()).count();
     assert!(hits >= least_hits, "{name}: only {hits} of {} rays hit", rays.len());

@@ -8,6 +8,7 @@ pub mod light;
 mod material;
 mod medium;
 mod mis;
+mod order;
 mod pane;
 mod path;
 mod pixel_filter;

@@ -186,10 +186,10 @@ impl<'a> Walk<'a> {
         let mesh = &self.kd.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let scaled = ScaledRay::new(origin, direction)?;
-        let triangles = scaled.for_triangles(mesh.extent)?;
+        let (boxes, triangles) = scaled.for_triangles(mesh.extent)?;
         let t_scale = scaled.t_scale;
         let reach = Reach { t_min: self.ray.t_min / t_scale, t_max: self.t_max() / t_scale, t_scale };
-        let way = KdRay::new(&triangles.boxes, reach.t_min);
+        let way = KdRay::new(&boxes, reach.t_min);
         Some(Crossing { mesh, triangles, way, reach, instance })
     }
 }

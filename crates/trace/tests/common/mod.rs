@@ -101,6 +101,31 @@ pub(crate) fn rays_at(random: &mut Random, count: usize, center: Vec3, size: f32
     (0..count).map(ray).collect()
 }
 
+/// Rays that go much the same way: around each given one a beam of 64, from narrow to wide. Some are broken or short.
+pub(crate) fn beams(random: &mut Random, around: &[Ray]) -> Vec<Ray> {
+    let mut rays = Vec::new();
+    for (beam, axis) in around.iter().enumerate() {
+        let width = axis.direction.length() * [0.0, 1e-4, 1e-2, 0.1][beam % 4];
+        for i in 0..64 {
+            let mut ray = *axis;
+            ray.direction += random.point() * width;
+            if beam % 3 == 0 {
+                ray.origin += random.point() * width;
+            }
+            match (beam + i) % 31 {
+                7 => ray.direction.x = f32::NAN,
+                11 => ray.direction = Vec3::ZERO,
+                13 => (ray.t_min, ray.t_max) = (0.3, 0.7),
+                17 => (ray.t_min, ray.t_max) = (0.7, 0.3),
+                19 => ray.direction.y = -0.0,
+                _ => {}
+            }
+            rays.push(ray);
+        }
+    }
+    rays
+}
+
 /// Hits by brute force: every triangle of every instance is a scene of its own, so no tree is involved, and the closest
 /// of all answers counts.
 pub(crate) struct BruteForce {

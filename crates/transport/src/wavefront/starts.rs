@@ -1,5 +1,6 @@
-//! Which paths a wave starts: pixels of a tile in rows, the samples of a pixel ascending.
+//! Which paths a wave starts: pixels of a tile in the order of [`order`], the samples of a pixel ascending.
 
+use crate::order;
 use crate::settings::Tile;
 use std::ops::Range;
 
@@ -15,25 +16,24 @@ pub(crate) struct Run {
 /// The samples of a tile, numbered from 0 in the order of rendering.
 #[derive(Clone, Debug)]
 pub(crate) struct Starts {
-    tile: Tile,
+    pixels: Vec<[u32; 2]>,
     samples: Range<u32>,
 }
 
 impl Starts {
     /// The samples numbered `samples` of every pixel of `tile`.
     pub(crate) fn new(tile: Tile, samples: Range<u32>) -> Self {
-        Self { tile, samples }
+        Self { pixels: order::pixels(tile).collect(), samples }
     }
 
     /// Number of samples.
     pub(crate) fn len(&self) -> u64 {
-        self.tile.pixels() * self.samples.len() as u64
+        self.pixels.len() as u64 * self.samples.len() as u64
     }
 
     /// Those numbered `range`, pixel by pixel.
     pub(crate) fn runs(&self, range: Range<u64>) -> impl Iterator<Item = Run> {
-        let (width, each) = (u64::from(self.tile.width()), self.samples.len() as u64);
-        let ([x, y], first_sample) = (self.tile.min, self.samples.start);
+        let (each, first_sample) = (self.samples.len() as u64, self.samples.start);
         let mut next = range.start;
         std::iter::from_fn(move || {
             (next < range.end).then(|| {
@@ -41,7 +41,7 @@ impl Starts {
                 let last = each.min(sample + (range.end - next));
                 next += last - sample;
                 Run {
-                    pixel: [x + (pixel % width) as u32, y + (pixel / width) as u32],
+                    pixel: self.pixels[pixel as usize],
                     samples: first_sample + sample as u32..first_sample + last as u32,
                 }
             })
@@ -56,8 +56,9 @@ mod tests {
     #[test]
     fn ranges_cut_anywhere_give_every_sample_once_and_in_order() {
         let starts = Starts::new(Tile { min: [3, 5], max: [7, 8] }, 10..15);
-        let expected: Vec<_> =
-            (5..8).flat_map(|y| (3..7).flat_map(move |x| (10..15).map(move |s| ([x, y], s)))).collect();
+        let expected: Vec<_> = order::pixels(Tile { min: [3, 5], max: [7, 8] })
+            .flat_map(|pixel| (10..15).map(move |s| (pixel, s)))
+            .collect();
         assert_eq!(starts.len(), expected.len() as u64);
         for step in [1, 2, 5, 7, 60, 100] {
             let mut found = Vec::new();

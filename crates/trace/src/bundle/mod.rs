@@ -1,0 +1,320 @@
+//! Bundles: up to 64 rays that go much the same way share one walk.
+//!
+//! The walk tests nodes against intervals that hold all origins and directions of the bundle, eight boxes at once, as
+//! S. Boulos, I. Wald, P. Shirley 2006, "Geometric and arithmetic culling methods for entire ray packets"; only at a leaf is every ray
+//! tested, eight rays at once, with the leaf's box, and those that meet it with the leaf's triangles. The intervals
+//! may be wide: then the walk is slow, not wrong. A ray's hit is found by the same test of the same triangles as alone.
+
+mod space;
+
+use crate::reach::{Reach, meet};
+use crate::walk::Answers;
+use crate::{Hit, HitFilter, Tracer};
+use space::{NOWHERE, Place, Space};
+use vastlight_accel::ray::TriangleRay;
+use vastlight_accel::wide::{ChildRef, MeshBvh, Node8};
+use vastlight_math::{Aabb, Ray};
+use vastlight_simd::Simd8;
+
+/// Most rays of a bundle.
+const RAYS: usize = 64;
+/// Half of the fewest rays that are worth a bundle.
+const FEWEST: usize = 8;
+/// Groups of eight rays.
+const GROUPS: usize = RAYS / 8;
+/// Nodes and leaves for each ray after which a bundle gives up.
+const VISITS_PER_RAY: usize = 96;
+/// Directions of rays that are tried as a bundle differ by at most this part of their length.
+const LARGEST_SPREAD: f32 = 0.25;
+
+/// How many of the first rays may go together: all that fit, half of them if the others lead away, or none.
+#[inline(always)]
+pub(crate) fn count(rays: &[Ray]) -> usize {
+    let (first, second) = rays[..rays.len().min(RAYS)].split_at(rays.len().min(RAYS).div_ceil(2));
+    let near = directions(first);
+    let spread = |d: &Aabb| d.size().max_element();
+    let longest = near.min.abs().max(near.max.abs()).max_element();
+    if first.len() < FEWEST || spread(&near) > LARGEST_SPREAD * longest {
+        0
+    } else if spread(&near.union(directions(second))) > 1.5 * spread(&near) {
+        first.len()
+    } else {
+        first.len() + second.len()
+    }
+}
+
+/// The box around the directions of rays.
+#[inline(always)]
+fn directions(rays: &[Ray]) -> Aabb {
+    rays.iter().fold(Aabb::EMPTY, |around, ray| around.grow(ray.direction))
+}
+
+/// A child that waits: where the first ray may enter it, and its slot.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    near: f32,
+    child: ChildRef,
+    node: u32,
+    slot: u32,
+}
+
+impl Entry {
+    const ROOT: u32 = u32::MAX;
+
+    /// The box of the child, `root` that of the tree.
+    #[inline(always)]
+    fn bounds(&self, nodes: &[Node8], root: &Aabb) -> Aabb {
+        if self.node == Self::ROOT { *root } else { nodes[self.node as usize].bounds(self.slot as usize % 8) }
+    }
+}
+
+/// A bundle on its way, and its memory.
+#[derive(Debug)]
+pub(crate) struct Bundle {
+    world: Space,
+    mesh: Space,
+    waiting: Vec<Entry>,
+    best: [Hit; RAYS],
+    /// How far each ray reaches.
+    reach: [f32; RAYS],
+    /// By lane of `mesh`, as far as `ready` says.
+    triangles: [TriangleRay; RAYS],
+    ready: u64,
+    /// Nodes and leaves that may still be visited.
+    visits: usize,
+}
+
+impl Default for Bundle {
+    fn default() -> Self {
+        Self {
+            world: Space::default(),
+            mesh: Space::default(),
+            waiting: Vec::new(),
+            best: [Hit::MISS; RAYS],
+            reach: [NOWHERE; RAYS],
+            triangles: [TriangleRay::default(); RAYS],
+            ready: 0,
+            visits: 0,
+        }
+    }
+}
+
+/// Rays of a batch that go together.
+pub(crate) struct Job<'a, F, const ANY: bool> {
+    pub(crate) tracer: &'a Tracer,
+    /// At most [`RAYS`].
+    pub(crate) rays: &'a [Ray],
+    /// Number of the first ray in the batch.
+    pub(crate) first: usize,
+    pub(crate) filter: &'a F,
+}
+
+impl Bundle {
+    /// Traces all rays of the job. False if they turn out not to go together: then nothing is answered.
+    #[inline(always)]
+    pub(crate) fn trace<S: Simd8, F: HitFilter, A: Answers, const ANY: bool>(
+        &mut self,
+        simd: S,
+        job: &Job<'_, F, ANY>,
+        answers: &mut A,
+    ) -> bool {
+        self.visits = VISITS_PER_RAY * job.rays.len();
+        let mut chosen = 0;
+        for (i, ray) in job.rays.iter().enumerate().take(RAYS) {
+            self.best[i] = Hit::MISS;
+            self.reach[i] = ray.t_max;
+            let in_order = ray.t_min <= ray.t_max && ray.t_max >= 0.0;
+            chosen |= u64::from(in_order) << i;
+        }
+        self.waiting.clear();
+        match job.tracer.top.root {
+            // A scene of one instance needs no boxes here.
+            Some(root) if root.is_leaf() => {
+                self.cross_instance(simd, job, root.index(), chosen);
+            }
+            Some(root) => self.cross_top(simd, job, root, chosen),
+            None => {}
+        }
+        if self.visits == 0 {
+            return false;
+        }
+        for (i, hit) in self.best.iter().enumerate().take(job.rays.len()) {
+            answers.set(job.first + i, hit);
+        }
+        true
+    }
+
+    /// Walks among instances.
+    #[inline(always)]
+    fn cross_top<S: Simd8, F: HitFilter, const ANY: bool>(
+        &mut self,
+        simd: S,
+        job: &Job<'_, F, ANY>,
+        root: ChildRef,
+        chosen: u64,
+    ) {
+        let tracer = job.tracer;
+        let place = Place { placed: None, extent: tracer.extent, margin_factor: tracer.margin_factor };
+        self.world.load(simd, &place, job.rays, chosen, &self.reach);
+        self.waiting.push(Entry { near: 0.0, child: root, node: Entry::ROOT, slot: 0 });
+        while let Some(entry) = self.waiting.pop() {
+            if entry.near > self.world.last {
+                continue;
+            }
+            if self.visits == 0 {
+                break;
+            }
+            self.visits -= 1;
+            if !entry.child.is_leaf() {
+                descend(simd, &self.world, &tracer.top.nodes, entry.child, &mut self.waiting);
+                continue;
+            }
+            let lanes = self.world.meeting(simd, &entry.bounds(&tracer.top.nodes, &Aabb::EMPTY));
+            let rays = self.rays_of(lanes);
+            if rays != 0 && self.cross_instance(simd, job, entry.child.index(), rays) {
+                self.shorten_in_world::<S, ANY>(simd, lanes);
+            }
+        }
+    }
+
+    /// The rays in lanes of the world, as bits.
+    #[inline(always)]
+    fn rays_of(&self, mut lanes: u64) -> u64 {
+        let mut rays = 0;
+        while lanes != 0 {
+            rays |= 1 << self.world.member(lanes.trailing_zeros() as usize);
+            lanes &= lanes - 1;
+        }
+        rays
+    }
+
+    /// Walks through the mesh of an instance; whether any ray hit it.
+    #[inline(always)]
+    fn cross_instance<S: Simd8, F: HitFilter, const ANY: bool>(
+        &mut self,
+        simd: S,
+        job: &Job<'_, F, ANY>,
+        instance: usize,
+        rays: u64,
+    ) -> bool {
+        let placed = &job.tracer.placed[instance];
+        let mesh = &job.tracer.meshes[placed.mesh as usize];
+        let (Some(root), true) = (mesh.root, rays != 0) else { return false };
+        let place = Place { placed: Some(placed), extent: mesh.extent, margin_factor: 1.0 };
+        self.mesh.load(simd, &place, job.rays, rays, &self.reach);
+        self.ready = 0;
+        let floor = self.waiting.len();
+        let mut found_any = false;
+        self.waiting.push(Entry { near: 0.0, child: root, node: Entry::ROOT, slot: 0 });
+        while self.waiting.len() > floor {
+            let Some(entry) = self.waiting.pop() else { break };
+            if entry.near > self.mesh.last {
+                continue;
+            }
+            if self.visits == 0 {
+                break;
+            }
+            self.visits -= 1;
+            if !entry.child.is_leaf() {
+                descend(simd, &self.mesh, &mesh.nodes, entry.child, &mut self.waiting);
+                continue;
+            }
+            let met = self.mesh.meeting(simd, &entry.bounds(&mesh.nodes, &mesh.bounds));
+            if met != 0 && self.test_block(simd, job, mesh, (entry.child.index(), instance as u32), met) {
+                found_any = true;
+                self.mesh.shortened(simd);
+            }
+        }
+        found_any
+    }
+
+    /// Tests rays with the triangles of a block; whether one was hit.
+    #[inline(always)]
+    fn test_block<S: Simd8, F: HitFilter, const ANY: bool>(
+        &mut self,
+        simd: S,
+        job: &Job<'_, F, ANY>,
+        mesh: &MeshBvh,
+        (block, instance): (usize, u32),
+        mut lanes: u64,
+    ) -> bool {
+        let block = &mesh.blocks[block];
+        let mut found_any = false;
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % RAYS;
+            lanes &= lanes - 1;
+            if self.ready >> lane & 1 == 0 {
+                self.triangles[lane] = self.mesh.triangle_ray(lane, mesh.extent);
+                self.ready |= 1 << lane;
+            }
+            let [t_min, t_max, t_scale] = self.mesh.reach(lane);
+            let mut reach = Reach { t_min, t_max, t_scale };
+            let i = self.mesh.member(lane);
+            let ray = (&self.triangles[lane], job.first + i);
+            if meet(simd, (block, instance), ray, job.filter, &mut reach, &mut self.best[i]) {
+                self.reach[i] = if ANY { NOWHERE } else { self.best[i].t };
+                self.mesh.shorten(lane, if ANY { NOWHERE } else { reach.t_max });
+                found_any = true;
+            }
+        }
+        found_any
+    }
+
+    /// Takes the hits in an instance into account among instances.
+    #[inline(always)]
+    fn shorten_in_world<S: Simd8, const ANY: bool>(&mut self, simd: S, mut lanes: u64) {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % RAYS;
+            lanes &= lanes - 1;
+            let [_, _, t_scale] = self.world.reach(lane);
+            self.world.shorten(lane, self.reach[self.world.member(lane)] / t_scale);
+        }
+        self.world.shortened(simd);
+    }
+}
+
+/// Puts the children of a node that rays may meet aside, the nearest on top.
+#[inline(always)]
+fn descend<S: Simd8>(simd: S, space: &Space, nodes: &[Node8], node: ChildRef, waiting: &mut Vec<Entry>) {
+    let number = node.index();
+    let node = &nodes[number];
+    let (mut hits, near) = space.may_meet(simd, node);
+    let near = simd.to_array(near);
+    let bottom = waiting.len();
+    while hits != 0 {
+        let slot = hits.trailing_zeros() as usize % 8;
+        hits &= hits - 1;
+        let entry =
+            Entry { near: near[slot], child: node.children[slot], node: number as u32, slot: slot as u32 };
+        let mut place = waiting.len();
+        waiting.push(entry);
+        while place > bottom && waiting[place - 1].near < entry.near {
+            waiting.swap(place, place - 1);
+            place -= 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_math::Vec3;
+
+    fn rays(direction: impl Fn(usize) -> [f32; 2]) -> Vec<Ray> {
+        let ray = |i: usize| {
+            let [x, y] = direction(i);
+            Ray::new(Vec3::ZERO, Vec3::new(x, y, -1.0))
+        };
+        (0..100).map(ray).collect()
+    }
+
+    #[test]
+    fn compact_blocks_go_together_lines_by_half_and_wide_beams_not() {
+        let block = rays(|i| [(i % 8) as f32 * 1e-3, (i / 8) as f32 * 1e-3]);
+        assert_eq!([count(&block), count(&block[..20]), count(&block[..14])], [64, 20, 0]);
+        assert_eq!(count(&rays(|i| [i as f32 * 1e-3, 0.0])), 32);
+        assert_eq!(count(&rays(|i| [(i % 7) as f32 * 0.1, 0.0])), 0);
+        assert_eq!(count(&rays(|i| [if i % 2 == 0 { f32::NAN } else { 0.0 }, 0.0])), 64);
+        assert_eq!(count(&[]), 0);
+    }
+}
