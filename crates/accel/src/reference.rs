@@ -45,6 +45,19 @@ impl Reference {
         &self.lanes
     }
 
+    /// The reference of packed lanes.
+    #[inline(always)]
+    pub(crate) fn from_lanes(lanes: [f32; 8]) -> Self {
+        Self { lanes }
+    }
+
+    /// The same box with another number.
+    #[inline(always)]
+    pub(crate) fn renumbered(mut self, prim: u32) -> Self {
+        self.lanes[3] = f32::from_bits(prim);
+        self
+    }
+
     /// Twice the centre of the box along `axis`.
     #[inline(always)]
     pub(crate) fn twice_center(&self, axis: usize) -> f32 {

@@ -29,6 +29,7 @@ fn configs() -> Vec<BuildConfig> {
         leaf(4),
         BuildConfig { traversal_cost: 0.0, ..base },
         BuildConfig { traversal_cost: 1e9, ..base },
+        BuildConfig { optimize: 2, ..base },
     ]
 }
 
@@ -58,7 +59,7 @@ fn trees_do_not_depend_on_threads_or_level() {
             for threads in [1, 2, 5] {
                 let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
                 for level in Level::available() {
-                    let config = BuildConfig { level, ..BuildConfig::default() };
+                    let config = BuildConfig { level, optimize: 1, ..BuildConfig::default() };
                     let tree = pool.install(|| tree(name, &boxes, &config));
                     found.push((tree.nodes, tree.prims));
                 }

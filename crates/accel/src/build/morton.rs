@@ -19,6 +19,8 @@ const AXIS_BITS: u32 = 10;
 pub(super) const CODE_BITS: u32 = 3 * AXIS_BITS;
 /// Longest run whose nodes one thread makes from one queue.
 const RUN: usize = 1 << 11;
+/// How many places ahead the caches are asked for references.
+const AHEAD: usize = 24;
 /// References that one thread looks at at a time.
 const CHUNK: usize = 1 << 13;
 
@@ -171,6 +173,13 @@ impl Kernel for Subtree<'_, '_> {
                 nodes.push(Node { first: first + left, count: count - left, ..BLANK });
             } else {
                 let mut around = simd.load(&EMPTY_LANES);
+                // The next leaves come soon, and what they refer to stands anywhere.
+                let ahead = (range.end + AHEAD).min(run.len());
+                for &pair in &run[ahead..(ahead + range.len()).min(run.len())] {
+                    if let Some(reference) = emitter.references.get(payload(pair) as usize) {
+                        simd.prefetch::<1>(std::ptr::from_ref(reference).cast());
+                    }
+                }
                 for (prim, &pair) in prims[range.clone()].iter_mut().zip(&run[range]) {
                     let reference = &emitter.references[payload(pair) as usize];
                     around = simd.min(around, simd.load(reference.lanes()));

@@ -3,10 +3,11 @@
 use super::collapse::{emit, plan};
 use super::{Block8, ChildRef, Node8};
 use crate::memory::Pages;
-use crate::{BuildConfig, BuildError, Quality, Reference, Scratch, build, quality};
+use crate::{BinaryTree, BuildConfig, BuildError, Quality, Reference, Scratch, build, quality};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 use vastlight_math::{Aabb, Vec3};
+use vastlight_simd::{Kernel, Simd8};
 
 /// The triangles of a mesh, borrowed. Indices are in range and positions finite.
 #[derive(Clone, Copy, Debug)]
@@ -113,13 +114,8 @@ impl MeshBvh {
         let mut nodes = Pages::zeroed(plan.nodes.len());
         let mut blocks = Pages::zeroed(plan.leaves.len());
         emit(&plan, &mut nodes, |binary| tree.nodes[binary as usize].bounds, |leaf| leaf);
-        blocks.par_iter_mut().zip(&plan.leaves).with_min_len(512).for_each(|(block, &binary)| {
-            *block = Block8::EMPTY;
-            let node = &tree.nodes[binary as usize];
-            let prims = &tree.prims[node.first as usize..(node.first + node.count) as usize];
-            for (lane, &prim) in prims.iter().take(8).enumerate() {
-                block.set(lane, prim, scaled(prim));
-            }
+        blocks.par_chunks_mut(BLOCKS).zip(plan.leaves.par_chunks(BLOCKS)).for_each(|(blocks, leaves)| {
+            config.level.dispatch(Fill { mesh, scale, tree: &tree, leaves, blocks });
         });
         clock.lap("emit");
         let extent = extent(&bounds) * scale;
@@ -142,6 +138,47 @@ impl MeshBvh {
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])
+    }
+}
+
+/// Blocks that one thread fills at a time.
+const BLOCKS: usize = 512;
+/// How many primitives ahead the caches are asked for corners, and for their indices.
+const CORNERS_AHEAD: usize = 12;
+const INDICES_AHEAD: usize = 32;
+
+/// Fills the blocks of some leaves.
+struct Fill<'a> {
+    mesh: &'a MeshView<'a>,
+    scale: f32,
+    tree: &'a BinaryTree,
+    leaves: &'a [u32],
+    blocks: &'a mut [Block8],
+}
+
+impl Kernel for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd8>(self, simd: S) {
+        let (prims, triangles) = (&self.tree.prims[..], self.mesh.triangles);
+        for (block, &binary) in self.blocks.iter_mut().zip(self.leaves) {
+            let node = &self.tree.nodes[binary as usize];
+            let run = node.first as usize..(node.first + node.count.min(8)) as usize;
+            *block = Block8::EMPTY;
+            for (lane, place) in run.enumerate() {
+                if let Some(&prim) = prims.get(place + INDICES_AHEAD) {
+                    simd.prefetch::<1>(triangles.as_ptr().wrapping_add(prim as usize).cast());
+                }
+                if let Some(&prim) = prims.get(place + CORNERS_AHEAD) {
+                    for corner in triangles[prim as usize] {
+                        simd.prefetch::<1>(self.mesh.positions.as_ptr().wrapping_add(corner as usize).cast());
+                    }
+                }
+                let prim = prims[place];
+                block.set(lane, prim, self.mesh.corners(prim).map(|p| p * self.scale));
+            }
+        }
     }
 }
 
