@@ -21,8 +21,8 @@ const TOGETHER: usize = 8;
 const SPAN: usize = 256;
 /// Rays of a batch's first span.
 const FIRST_SPAN: usize = 32;
-/// Rays that fly alone after the first bundle that did not stay together; twice as many after the next.
-const FIRST_ALONE: usize = 512;
+/// Rays that fly alone after a bundle that did not stay together; four times as many if the next one does not either.
+const FIRST_ALONE: usize = 256;
 /// Flights with fewer steps take turns.
 const SHORT_WAY: usize = 20;
 
@@ -78,11 +78,11 @@ impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> 
             let count = if first < alone_until { 0 } else { bundle::count(&self.rays[first..]) };
             if count > 0 {
                 if self.in_bundle(simd, first..first + count, &mut bundle) {
-                    first += count;
+                    (first, alone) = (first + count, FIRST_ALONE);
                     continue;
                 }
                 alone_until = first + alone;
-                alone *= 2;
+                alone *= 4;
             }
             let range = first..(first + span).min(self.rays.len());
             let count = range.len();

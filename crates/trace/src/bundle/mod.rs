@@ -22,8 +22,8 @@ const RAYS: usize = 64;
 const FEWEST: usize = 8;
 /// Groups of eight rays.
 const GROUPS: usize = RAYS / 8;
-/// Nodes and leaves for each ray after which a bundle gives up.
-const VISITS_PER_RAY: usize = 96;
+/// Tests of nodes and of pairs of groups with leaves, for each ray, after which a bundle gives up.
+const TESTS_PER_RAY: usize = 24;
 /// Directions of rays that are tried as a bundle differ by at most this part of their length.
 const LARGEST_SPREAD: f32 = 0.25;
 
@@ -80,8 +80,8 @@ pub(crate) struct Bundle {
     /// By lane of `mesh`, as far as `ready` says.
     triangles: [TriangleRay; RAYS],
     ready: u64,
-    /// Nodes and leaves that may still be visited.
-    visits: usize,
+    /// Tests that may still be made.
+    tests: usize,
 }
 
 impl Default for Bundle {
@@ -94,7 +94,7 @@ impl Default for Bundle {
             reach: [NOWHERE; RAYS],
             triangles: [TriangleRay::default(); RAYS],
             ready: 0,
-            visits: 0,
+            tests: 0,
         }
     }
 }
@@ -118,7 +118,7 @@ impl Bundle {
         job: &Job<'_, F, ANY>,
         answers: &mut A,
     ) -> bool {
-        self.visits = VISITS_PER_RAY * job.rays.len();
+        self.tests = TESTS_PER_RAY * job.rays.len();
         let mut chosen = 0;
         for (i, ray) in job.rays.iter().enumerate().take(RAYS) {
             self.best[i] = Hit::MISS;
@@ -135,13 +135,20 @@ impl Bundle {
             Some(root) => self.cross_top(simd, job, root, chosen),
             None => {}
         }
-        if self.visits == 0 {
+        if self.tests == 0 {
             return false;
         }
         for (i, hit) in self.best.iter().enumerate().take(job.rays.len()) {
             answers.set(job.first + i, hit);
         }
         true
+    }
+
+    /// Makes tests; false if none are left.
+    #[inline(always)]
+    fn spend(&mut self, tests: usize) -> bool {
+        self.tests = self.tests.saturating_sub(tests);
+        self.tests > 0
     }
 
     /// Walks among instances.
@@ -161,10 +168,9 @@ impl Bundle {
             if entry.near > self.world.last {
                 continue;
             }
-            if self.visits == 0 {
+            if !self.spend(1) {
                 break;
             }
-            self.visits -= 1;
             if !entry.child.is_leaf() {
                 descend(simd, &self.world, &tracer.top.nodes, entry.child, &mut self.waiting);
                 continue;
@@ -211,14 +217,14 @@ impl Bundle {
             if entry.near > self.mesh.last {
                 continue;
             }
-            if self.visits == 0 {
+            if !self.spend(1) {
                 break;
             }
-            self.visits -= 1;
             if !entry.child.is_leaf() {
                 descend(simd, &self.mesh, &mesh.nodes, entry.child, &mut self.waiting);
                 continue;
             }
+            self.spend(self.mesh.groups() / 2);
             let met = self.mesh.meeting(simd, &entry.bounds(&mesh.nodes, &mesh.bounds));
             if met != 0 && self.test_block(simd, job, mesh, (entry.child.index(), instance as u32), met) {
                 found_any = true;

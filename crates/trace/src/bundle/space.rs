@@ -243,6 +243,11 @@ impl Space {
         least(s, low)
     }
 
+    /// Groups of eight lanes in use.
+    pub(super) fn groups(&self) -> usize {
+        self.groups
+    }
+
     /// The number in the bundle of the ray in a lane.
     #[inline(always)]
     pub(super) fn member(&self, lane: usize) -> usize {
