@@ -7,10 +7,12 @@
 //! walk without a stack.
 //!
 //! # Why hits do not depend on the tree
-//! A triangle counts as hit if the watertight test of [`triangle`] passes and the hit lies in the triangle's own box,
-//! grown by a margin that covers the test's rounding. Every box above the triangle contains its box, and box tests
-//! use a larger margin that also covers their own rounding ([`ray`]). So each hit is inside every box on the way to
-//! it, whatever the tree, the layout and the instructions.
+//! What the triangle test says of a ray and a triangle depends on these two alone, and its hits are close to the
+//! triangle, not merely to its box ([`triangle`]). Box tests use a margin that covers this distance and their own
+//! rounding ([`ray`]). A builder may cut a triangle's box into boxes of parts ([`Clip`]): the parts cover the triangle,
+//! so one of them is at the hit, and every box on the way to it contains the hit's `t`. A tracer drops what is behind
+//! its closest hit, hence never that leaf before the closest of all hits is found. So hits do not depend on the tree,
+//! the layout or the instructions.
 
 pub mod build;
 pub mod kdtree;
@@ -25,9 +27,9 @@ mod upward;
 mod validate;
 pub mod wide;
 
-pub use build::{BuildConfig, BuildError, Scratch, build};
+pub use build::{BuildConfig, BuildError, Clip, Scratch, build};
 pub use memory::Pages;
 pub use quality::{Quality, quality, quality_with};
 pub use reference::Reference;
 pub use tree::{BinaryTree, Node};
-pub use validate::{Report, Violation, validate};
+pub use validate::{Report, Violation, validate, validate_parts};

@@ -1,18 +1,21 @@
 //! A ray prepared for the tests of one space.
 //!
 //! Margins. With `m` = (largest coordinate of the ray's origin and of the geometry) and `e` = 2^-24, the triangle test
-//! works on corners that are off by less than 8 `e m`. A hit must lie in its triangle's box grown by 16 `e m`. Box tests
-//! on the way down grow boxes by 32 `e m`, the difference being more than their own rounding. So a triangle's hit never
-//! depends on the boxes above it.
+//! works on corners that are off by less than 8 `e m`, and accepts a hit if the place that its weights name in the
+//! triangle is off the ray by at most 8 `e m`. Together with the rounding of the weighted sums, the point at `t` on the
+//! ray is less than 40 `e m` away from a point of the triangle, along each axis. Box tests grow boxes by 64 `e m`, the
+//! difference being more than their own rounding. So whatever boxes a tree has over the parts of a triangle, as long
+//! as the parts cover it, one of them contains the hit's `t` between where the ray enters and where it leaves.
 
 use vastlight_math::Vec3;
 use vastlight_simd::Simd8;
 
 /// Half a unit in the last place of 1.
 const EPSILON: f32 = 1.0 / 16_777_216.0;
-const OWN_BOX_MARGIN: f32 = 16.0 * EPSILON;
+/// How far off the ray the place of a hit may be, in units of the largest coordinate.
+const TOLERANCE: f32 = 8.0 * EPSILON;
 /// Margin of boxes on the way down, in units of the largest coordinate.
-const NODE_MARGIN: f32 = 32.0 * EPSILON;
+const NODE_MARGIN: f32 = 64.0 * EPSILON;
 /// Directions are brought into this range by a power of two.
 const DIRECTION_RANGE: std::ops::RangeInclusive<f32> = 1.0 / 1_048_576.0..=1_048_576.0;
 /// Components smaller than this part of the largest are taken for this part in box tests: within the geometry
@@ -132,8 +135,8 @@ pub struct TriangleRay {
     pub axes: [usize; 3],
     /// `x' = x - shear[0] z`, `y' = y - shear[1] z`, `t = shear[2] z`.
     pub shear: [f32; 3],
-    /// Width of the margin around a triangle's own box, in units of `t` along each axis.
-    pub own_margin: [f32; 3],
+    /// How far off the ray the place of a hit may be.
+    pub tolerance: f32,
 }
 
 impl TriangleRay {
@@ -153,13 +156,12 @@ impl TriangleRay {
         // The largest component is never replaced in its reciprocal.
         let scale = reciprocal[z];
         let largest_origin = Vec3::from(origin).abs().max_element();
-        let margin = (largest_origin + extent) * OWN_BOX_MARGIN;
         Self {
             origin,
             reciprocal,
             axes: [x, y, z],
             shear: [d[x] * scale, d[y] * scale, scale],
-            own_margin: reciprocal.map(|r| margin * r.abs()),
+            tolerance: (largest_origin + extent) * TOLERANCE,
         }
     }
 }

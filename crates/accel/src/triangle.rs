@@ -1,11 +1,15 @@
 //! The watertight ray/triangle test of Woop, Benthin, Wald 2013, "Watertight ray/triangle intersection", for eight
 //! triangles at once.
 //!
-//! Deviations: no fused operations and no double precision. An edge function is the difference of two rounded products,
-//! whose sign is exact for the rounded corners and exactly opposite for the triangle on the edge's other side; zero
-//! counts as inside on both sides, so a ray through an edge or a corner cannot slip through. A hit must lie in the triangle's
-//! own box grown by a margin (see [`crate::ray`]), and `t` is clamped to that box: this binds what rounding can do to
-//! triangles seen edge-on.
+//! Deviations. No fused operations: an edge function is the difference of two rounded products, whose sign is right or
+//! zero for the rounded corners and exactly opposite for the triangle on the edge's other side; zero counts as inside
+//! on both sides, so a ray through an edge or a corner cannot slip through.
+//!
+//! The edge functions are also the weights of the hit's place in the triangle. Where the triangle is seen edge-on they
+//! are mostly rounding, and the place that they name may be far off the ray. So that place is computed and must be
+//! within a tolerance of the ray (see [`crate::ray`]); where it is not, the triangle is tested again with weights in
+//! double precision, whose products are exact. Thus every hit is near its triangle, not only near the triangle's
+//! box, and a tree may hold a triangle in parts.
 
 use crate::ray::TriangleRay;
 use crate::wide::Block8;
@@ -41,21 +45,70 @@ pub fn intersect<S: Simd8>(s: S, block: &Block8, ray: &TriangleRay) -> LaneHits 
     let zero = s.splat(0.0);
     let inside = s.or(s.le(zero, s.min(s.min(u, v), w)), s.le(s.max(s.max(u, v), w), zero));
     let determinant = s.add(s.add(u, v), w);
-    let crossed = s.and(inside, s.ne(determinant, zero));
-    if s.bits(crossed) == 0 {
+    let crossed = s.bits(s.and(inside, s.ne(determinant, zero)));
+    if crossed == 0 {
         return LaneHits::NONE;
     }
 
-    let depth = s.add(s.add(s.mul(u, a.z), s.mul(v, b.z)), s.mul(w, c.z));
-    let t = s.mul(s.div(depth, determinant), s.splat(ray.shear[2]));
-    let (enter, leave) = own_box(s, block, ray);
-    let lanes = s.bits(s.and(crossed, s.le(enter, leave)));
-    LaneHits {
-        lanes,
-        t: s.to_array(s.min(s.max(t, enter), leave)),
+    let depth = weigh(s, [u, v, w], [a.z, b.z, c.z]);
+    let hits = LaneHits {
+        lanes: crossed,
+        t: s.to_array(s.mul(s.div(depth, determinant), s.splat(ray.shear[2]))),
         u: s.to_array(s.div(v, determinant)),
         v: s.to_array(s.div(w, determinant)),
+    };
+    let tolerance = s.mul(s.abs(determinant), s.splat(ray.tolerance));
+    let off_x = s.abs(weigh(s, [u, v, w], [a.x, b.x, c.x]));
+    let off_y = s.abs(weigh(s, [u, v, w], [a.y, b.y, c.y]));
+    let near = s.bits(s.and(s.le(off_x, tolerance), s.le(off_y, tolerance)));
+    if crossed & !near == 0 {
+        return hits;
     }
+    let corners = [a.to_arrays(s), b.to_arrays(s), c.to_arrays(s)];
+    test_again(hits, crossed & !near, &s.to_array(determinant), &corners, ray)
+}
+
+/// The lanes `doubtful` of `hits` with weights in double precision.
+#[cold]
+#[inline(never)]
+fn test_again(
+    mut hits: LaneHits,
+    mut doubtful: u32,
+    determinants: &[f32; 8],
+    corners: &[[[f32; 8]; 3]; 3],
+    ray: &TriangleRay,
+) -> LaneHits {
+    while doubtful != 0 {
+        let lane = doubtful.trailing_zeros() as usize % 8;
+        doubtful &= doubtful - 1;
+        let corner = |i: usize| corners[i].map(|of_axis| f64::from(of_axis[lane]));
+        match exact_hit([corner(0), corner(1), corner(2)], determinants[lane].signum(), ray) {
+            Some([t, u, v]) => (hits.t[lane], hits.u[lane], hits.v[lane]) = (t, u, v),
+            None => hits.lanes &= !(1 << lane),
+        }
+    }
+    hits
+}
+
+/// `t` and the weights of the second and third corner, for sheared corners that are right to the last bit. `sign` is
+/// that of the edge functions in single precision: they are all inside or zero, and one that is zero there but a
+/// little outside here counts as zero, which keeps shared edges closed.
+fn exact_hit([a, b, c]: [[f64; 3]; 3], sign: f32, ray: &TriangleRay) -> Option<[f32; 3]> {
+    // Products of two f32 are exact in f64, and so is the sign of their difference.
+    let edge = |p: [f64; 3], q: [f64; 3]| ((p[0] * q[1] - p[1] * q[0]) * f64::from(sign)).max(0.0);
+    let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
+    let sum = u + v + w;
+    let place = |axis: usize| (u * a[axis] + v * b[axis] + w * c[axis]) / sum;
+    let tolerance = f64::from(ray.tolerance);
+    // False for a sum of zero, whose quotients are no numbers.
+    let near = place(0).abs() <= tolerance && place(1).abs() <= tolerance;
+    near.then(|| [place(2) as f32 * ray.shear[2], (v / sum) as f32, (w / sum) as f32])
+}
+
+/// The sum of three values with weights.
+#[inline(always)]
+fn weigh<S: Simd8>(s: S, weights: [S::F; 3], of: [S::F; 3]) -> S::F {
+    s.add(s.add(s.mul(weights[0], of[0]), s.mul(weights[1], of[1])), s.mul(weights[2], of[2]))
 }
 
 /// Corners of eight triangles relative to the ray's origin, sheared so that the ray runs along z.
@@ -63,6 +116,13 @@ struct Sheared<S: Simd8> {
     x: S::F,
     y: S::F,
     z: S::F,
+}
+
+impl<S: Simd8> Sheared<S> {
+    #[inline(always)]
+    fn to_arrays(&self, s: S) -> [[f32; 8]; 3] {
+        [s.to_array(self.x), s.to_array(self.y), s.to_array(self.z)]
+    }
 }
 
 /// The map from corners to [`Sheared`] ones.
@@ -99,22 +159,4 @@ impl<S: Simd8> Shear<S> {
 #[inline(always)]
 fn edge<S: Simd8>(s: S, p: &Sheared<S>, q: &Sheared<S>) -> S::F {
     s.sub(s.mul(p.x, q.y), s.mul(p.y, q.x))
-}
-
-/// Where the ray enters and leaves each triangle's own box, grown by the margin.
-#[inline(always)]
-fn own_box<S: Simd8>(s: S, block: &Block8, ray: &TriangleRay) -> (S::F, S::F) {
-    let (x, y, z) = (own_slab(s, block, ray, 0), own_slab(s, block, ray, 1), own_slab(s, block, ray, 2));
-    (s.max(s.max(x.0, y.0), z.0), s.min(s.min(x.1, y.1), z.1))
-}
-
-#[inline(always)]
-fn own_slab<S: Simd8>(s: S, block: &Block8, ray: &TriangleRay, axis: usize) -> (S::F, S::F) {
-    let (a, b) = (s.load(&block.corners[0][axis]), s.load(&block.corners[1][axis]));
-    let c = s.load(&block.corners[2][axis]);
-    let (lower, upper) = (s.min(s.min(a, b), c), s.max(s.max(a, b), c));
-    let (origin, reciprocal) = (s.splat(ray.origin[axis]), s.splat(ray.reciprocal[axis]));
-    let margin = s.splat(ray.own_margin[axis]);
-    let (p, q) = (s.mul(s.sub(lower, origin), reciprocal), s.mul(s.sub(upper, origin), reciprocal));
-    (s.sub(s.min(p, q), margin), s.add(s.max(p, q), margin))
 }

@@ -17,7 +17,7 @@ fn references(boxes: &[Aabb]) -> Vec<Reference> {
 }
 
 fn tree(name: &str, boxes: &[Aabb], config: &BuildConfig) -> BinaryTree {
-    build(name, &mut references(boxes), config, &mut Scratch::default()).expect("built")
+    build(name, &mut references(boxes), None, config, &mut Scratch::default()).expect("built")
 }
 
 fn configs() -> Vec<BuildConfig> {
@@ -116,7 +116,7 @@ fn trees_over_boxes_are_sound_also_where_boxes_are_infinite_or_empty() {
         // The empty box is no leaf: count it as the one that is missing.
         let empty = all.len() - 2;
         let leaf = |i: usize| Some(vec![(i as u32, all[i])]);
-        match validate_nodes(&top.nodes, top.root, all.len(), leaf) {
+        match validate_nodes(&top.nodes, top.root, all.len(), leaf, |_, _| false) {
             Err(Violation::Coverage { prim, times: 0 }) if prim == empty => {}
             other => panic!("{input}: {other:?}"),
         }
@@ -159,8 +159,8 @@ fn faults_are_found() {
 
 #[test]
 fn unknown_builders_are_errors_that_name_the_known() {
-    let error =
-        build("quantum", &mut [], &BuildConfig::default(), &mut Scratch::default()).expect_err("unknown");
+    let error = build("quantum", &mut Vec::new(), None, &BuildConfig::default(), &mut Scratch::default())
+        .expect_err("unknown");
     assert_eq!(error, BuildError::UnknownBuilder("quantum".into()));
     assert!(error.to_string().contains("binned-sah"), "{error}");
 }
@@ -171,7 +171,7 @@ fn scratch_of_another_build_changes_nothing() {
     let config = BuildConfig::default();
     for (input, triangles) in inputs().iter().rev().chain(&inputs()) {
         let boxes = boxes(triangles);
-        let reused = build("", &mut references(&boxes), &config, &mut scratch).expect("built");
+        let reused = build("", &mut references(&boxes), None, &config, &mut scratch).expect("built");
         let fresh = tree("", &boxes, &config);
         assert_eq!((reused.nodes, reused.prims), (fresh.nodes, fresh.prims), "{input}");
     }

@@ -113,7 +113,7 @@ impl Footprint {
         let reach = there * ((max - min) * 0.5);
         let sources =
             spread * map.translation.abs().max_element() + norm(there) * f64::from(mesh.extent) * scale;
-        let margin = DVec3::splat(48.0 * Self::EPSILON * sources);
+        let margin = DVec3::splat(96.0 * Self::EPSILON * sources);
         let bounds = Aabb {
             min: (center - reach - margin).to_array().map(round_down).into(),
             max: (center + reach + margin).to_array().map(|x| -round_down(-x)).into(),

@@ -20,6 +20,8 @@ use vastlight_simd::Level;
 pub struct TracerConfig {
     /// Name of the builder; empty for the default.
     pub accel: String,
+    /// Most references to triangles, as a multiple of the triangles (see `BuildConfig::split_budget`).
+    pub split_budget: Option<f32>,
     /// Instructions to use; none for the best of the machine.
     pub level: Option<Level>,
 }
@@ -83,7 +85,7 @@ impl Tracer {
         let start = Instant::now();
         let accel = resolve(&config.accel)?;
         let level = config.level.unwrap_or_default();
-        let build = BuildConfig { level, ..BuildConfig::default() };
+        let build = BuildConfig { level, split_budget: config.split_budget, ..BuildConfig::default() };
         let built = build_meshes(scene, accel, &build)?;
         let (meshes, builds): (Vec<_>, Vec<_>) = built.into_iter().unzip();
         let meshes_done = Instant::now();

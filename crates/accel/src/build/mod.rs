@@ -1,10 +1,12 @@
 //! Builders: references in, a binary tree out.
 
 mod binned;
+mod clip;
 mod hlbvh2;
 mod morton;
 mod pieces;
 mod ploc;
+mod presplit;
 mod reinsert;
 mod top_down;
 
@@ -13,6 +15,8 @@ use crate::{BinaryTree, Node, Reference, kdtree};
 use vastlight_simd::{Level, Simd8};
 
 pub use binned::Binned;
+pub use clip::{Clip, clip_triangle};
+pub use presplit::presplit;
 
 /// Names that [`build`] knows; the first is the default.
 pub const NAMES: [&str; 4] = ["binned-sah", "hlbvh2", "morton", "ploc"];
@@ -27,13 +31,16 @@ pub struct BuildConfig {
     /// Rounds of reinsertion after the build: each makes rays faster by less than the one before, and takes about as
     /// long as building with the surface-area heuristic. 0 for none.
     pub optimize: u32,
+    /// Most references in the tree, as a multiple of the primitives: 1.5 lets a builder cut primitives into half as many
+    /// parts again; 1 cuts nothing. None leaves it to the builder. Has no effect on primitives that cannot be cut.
+    pub split_budget: Option<f32>,
     /// Instructions to use; the tree is the same at every level.
     pub level: Level,
 }
 
 impl Default for BuildConfig {
     fn default() -> Self {
-        Self { max_leaf: 8, traversal_cost: 0.3, optimize: 0, level: Level::detect() }
+        Self { max_leaf: 8, traversal_cost: 0.3, optimize: 0, split_budget: None, level: Level::detect() }
     }
 }
 
@@ -71,27 +78,40 @@ impl Scratch {
     }
 }
 
-/// Builds by name; an empty name is the default. `references` are reordered. The tree is the same for any number of
-/// threads and any [`Level`].
+/// Builds by name; an empty name is the default. `references` are reordered, and are more afterwards where primitives
+/// were cut with `clip`: then the tree names them in several leaves, each of whose boxes holds a part. The tree is the
+/// same for any number of threads and any [`Level`].
 ///
 /// # Errors
 /// An unknown name, or too many references.
 pub fn build(
     name: &str,
-    references: &mut [Reference],
+    references: &mut Vec<Reference>,
+    clip: Option<&dyn Clip>,
     config: &BuildConfig,
     scratch: &mut Scratch,
 ) -> Result<BinaryTree, BuildError> {
     if references.len() >= 1 << 31 {
         return Err(BuildError::TooMany(references.len()));
     }
-    let tree = match resolve(name)? {
+    let name = resolve(name)?;
+    if let Some(clip) = clip {
+        presplit(references, clip, most_references(references.len(), config.split_budget.unwrap_or(1.0)));
+    }
+    let tree = match name {
         "hlbvh2" => hlbvh2::build(references, config, scratch),
         "morton" => morton::build(references, config, scratch),
         "ploc" => ploc::build(references, config, scratch),
         _ => top_down::build(&Binned::new(config), references, config, scratch),
     };
     Ok(reinsert::optimize(tree, config.optimize))
+}
+
+/// The number of references that a budget, a multiple of `primitives`, allows.
+fn most_references(primitives: usize, budget: f32) -> usize {
+    // A budget that is no number allows no more than the primitives.
+    let most = primitives as f64 * f64::from(budget.max(1.0));
+    (most as usize).clamp(primitives, (1 << 31) - 1)
 }
 
 /// The full name behind `name`; an empty one is the default.

@@ -2,8 +2,9 @@
 
 use super::collapse::{emit, plan};
 use super::{Block8, ChildRef, Node8};
+use crate::build::clip_triangle;
 use crate::memory::Pages;
-use crate::{BinaryTree, BuildConfig, BuildError, Quality, Reference, Scratch, build, quality};
+use crate::{BinaryTree, BuildConfig, BuildError, Clip, Quality, Reference, Scratch, build, quality};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 use vastlight_math::{Aabb, Vec3};
@@ -45,6 +46,25 @@ impl MeshView<'_> {
         }
         let exponent = (extent.to_bits() >> 23) as i32 - 127;
         f32::from_bits(((127 - exponent).clamp(1, 254) as u32) << 23)
+    }
+}
+
+/// A mesh with its positions scaled, as builders may cut it.
+struct Scaled<'a> {
+    mesh: &'a MeshView<'a>,
+    scale: f32,
+}
+
+impl Scaled<'_> {
+    #[inline]
+    fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        self.mesh.corners(triangle).map(|p| p * self.scale)
+    }
+}
+
+impl Clip for Scaled<'_> {
+    fn clip(&self, prim: u32, bounds: &Aabb) -> Aabb {
+        clip_triangle(self.corners(prim), bounds)
     }
 }
 
@@ -98,15 +118,15 @@ impl MeshBvh {
         let mut clock = Clock::start();
         let bounds = mesh.bounds();
         let scale = mesh.scale(&bounds);
-        let scaled = |triangle: u32| mesh.corners(triangle).map(|p| p * scale);
+        let scaled = Scaled { mesh, scale };
         let mut references = std::mem::take(&mut scratch.references);
         (0..mesh.triangles.len() as u32)
             .into_par_iter()
             .with_min_len(1 << 12)
-            .map(|i| Reference::new(&Aabb::from_points(scaled(i)), i))
+            .map(|i| Reference::new(&Aabb::from_points(scaled.corners(i)), i))
             .collect_into_vec(&mut references);
         clock.lap("references");
-        let tree = build(name, &mut references, &config, scratch)?;
+        let tree = build(name, &mut references, Some(&scaled), &config, scratch)?;
         scratch.references = references;
         clock.lap("tree");
         let plan = plan(&tree, config.max_leaf, config.level);
@@ -166,7 +186,8 @@ impl Kernel for Fill<'_> {
             let node = &self.tree.nodes[binary as usize];
             let run = node.first as usize..(node.first + node.count.min(8)) as usize;
             *block = Block8::EMPTY;
-            for (lane, place) in run.enumerate() {
+            let mut lane = 0;
+            for place in run {
                 if let Some(&prim) = prims.get(place + INDICES_AHEAD) {
                     simd.prefetch::<1>(triangles.as_ptr().wrapping_add(prim as usize).cast());
                 }
@@ -176,7 +197,11 @@ impl Kernel for Fill<'_> {
                     }
                 }
                 let prim = prims[place];
-                block.set(lane, prim, self.mesh.corners(prim).map(|p| p * self.scale));
+                // Parts of one triangle need but one lane.
+                if !block.prims[..lane].contains(&prim) {
+                    block.set(lane, prim, self.mesh.corners(prim).map(|p| p * self.scale));
+                    lane += 1;
+                }
             }
         }
     }

@@ -38,7 +38,7 @@ impl TopBvh {
             .filter(|(_, b)| !b.is_empty())
             .map(|(i, b)| Reference::new(b, i as u32))
             .collect();
-        let tree = build(name, &mut references, &config, scratch)?;
+        let tree = build(name, &mut references, None, &config, scratch)?;
         let plan = plan(&tree, 1, config.level);
         let prim = |leaf: ChildRef| {
             let binary = plan.leaves[leaf.index()];

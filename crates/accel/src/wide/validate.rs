@@ -1,11 +1,13 @@
 //! Whether a wide tree is what it should be.
 
 use super::{Block8, ChildRef, MeshBvh, MeshView, Node8};
+use crate::validate::{Found, covers_triangle};
 use crate::{Report, Violation};
 use vastlight_math::Aabb;
 
 /// Checks that `nodes` below `root` are a tree of which every node is reached once, and that every slot's box contains
-/// the boxes below. `leaf` gives the boxes and numbers of a leaf's primitives, or none if there is no such leaf.
+/// the boxes below. `leaf` gives the numbers and boxes of a leaf's primitives, or none if there is no such leaf; where
+/// several leaves name a primitive, `covered` is asked whether their boxes together contain it.
 ///
 /// # Errors
 /// The first violation.
@@ -14,9 +16,11 @@ pub fn validate_nodes(
     root: Option<ChildRef>,
     prims: usize,
     leaf: impl Fn(usize) -> Option<Vec<(u32, Aabb)>>,
+    covered: impl Fn(u32, &[Aabb]) -> bool,
 ) -> Result<Report, Violation> {
     let mut report = Report::default();
-    let mut times = vec![0_u32; prims];
+    let mut found = Found::new(prims);
+    let mut whole = vec![Aabb::EMPTY; prims];
     let everywhere = Aabb { min: -vastlight_math::Vec3::INFINITY, max: vastlight_math::Vec3::INFINITY };
     let mut waiting: Vec<(usize, ChildRef, Aabb)> =
         root.map(|root| (0, root, everywhere)).into_iter().collect();
@@ -32,34 +36,24 @@ pub fn validate_nodes(
             push_children(&nodes[child.index()], child.index(), &bounds, parent, &mut waiting)?;
             continue;
         }
-        let Some(found) = leaf(child.index()) else {
+        let Some(named) = leaf(child.index()) else {
             return Err(Violation::Shape { node: parent, what: "has a leaf that does not exist" });
         };
         report.leaves += 1;
-        report.references += found.len();
-        report.largest_leaf = report.largest_leaf.max(found.len());
-        for (prim, own) in found {
-            if !bounds.contains(&own) {
-                return Err(Violation::Box { node: parent, below: format!("primitive {prim}") });
+        report.references += named.len();
+        report.largest_leaf = report.largest_leaf.max(named.len());
+        for (prim, own) in named {
+            if !found.add(prim, parent, bounds) {
+                return Err(Violation::Shape { node: parent, what: "names a primitive that does not exist" });
             }
-            match times.get_mut(prim as usize) {
-                Some(times) => *times += 1,
-                None => {
-                    return Err(Violation::Shape {
-                        node: parent,
-                        what: "names a primitive that does not exist",
-                    });
-                }
-            }
+            whole[prim as usize] = own;
         }
     }
     if report.nodes != nodes.len() {
         return Err(Violation::Shape { node: report.nodes, what: "is not reached" });
     }
-    match times.iter().position(|&t| t != 1) {
-        Some(prim) => Err(Violation::Coverage { prim, times: times[prim] }),
-        None => Ok(report),
-    }
+    found.check(|prim| whole[prim as usize], covered)?;
+    Ok(report)
 }
 
 fn push_children(
@@ -100,10 +94,13 @@ impl MeshBvh {
                 }
             }
         }
-        validate_nodes(&self.nodes, self.root, mesh.triangles.len(), |leaf| {
+        let leaf = |leaf: usize| {
             let block = self.blocks.get(leaf)?;
             let used = (0..8).filter(|&lane| block.prims[lane] != Block8::NO_PRIM);
             Some(used.map(|l| (block.prims[l], Aabb::from_points(block.triangle(l)))).collect())
-        })
+        };
+        let corners = |prim: u32| mesh.corners(prim).map(|p| p * self.scale);
+        let covered = |prim: u32, boxes: &[Aabb]| covers_triangle(corners(prim), boxes);
+        validate_nodes(&self.nodes, self.root, mesh.triangles.len(), leaf, covered)
     }
 }

@@ -57,7 +57,7 @@ pub(crate) const ACCELS: [&str; 4] = ["", "kd-threaded", "kd-threaded-sah", "kd-
 
 /// A tracer over a structure by name.
 pub(crate) fn tracer_over(accel: &str, scene: &Scene, level: Level) -> Tracer {
-    let config = TracerConfig { level: Some(level), accel: accel.into() };
+    let config = TracerConfig { level: Some(level), accel: accel.into(), ..TracerConfig::default() };
     Tracer::new(scene, &config).expect("built")
 }
 

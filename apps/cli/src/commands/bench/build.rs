@@ -16,6 +16,9 @@ pub(crate) struct Build {
     /// Acceleration structure by name
     #[arg(long, value_name = "NAME", default_value = "")]
     accel: String,
+    /// Most references to triangles, as a multiple of the triangles [default: chosen by the builder]
+    #[arg(long, value_name = "FACTOR")]
+    split_budget: Option<f32>,
     /// Times it is built; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
@@ -23,7 +26,11 @@ pub(crate) struct Build {
 
 pub(crate) fn run(arguments: &Build) -> Result<Exit, Error> {
     let scene = arguments.scene.load()?;
-    let config = TracerConfig { accel: arguments.accel.clone(), ..TracerConfig::default() };
+    let config = TracerConfig {
+        accel: arguments.accel.clone(),
+        split_budget: arguments.split_budget,
+        ..TracerConfig::default()
+    };
     let figures = bench::build(&scene, &config, arguments.repeat).map_err(|e| build_error(&e))?;
     let stages: serde_json::Map<_, _> =
         figures.stages.iter().map(|(name, ms)| ((*name).to_owned(), json!(ms))).collect();

@@ -24,6 +24,9 @@ pub(crate) struct Trace {
     /// Acceleration structure by name
     #[arg(long, value_name = "NAME", default_value = "")]
     accel: String,
+    /// Most references to triangles, as a multiple of the triangles [default: chosen by the builder]
+    #[arg(long, value_name = "FACTOR")]
+    split_budget: Option<f32>,
     /// Times the rays are traced; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
@@ -32,7 +35,11 @@ pub(crate) struct Trace {
 pub(crate) fn run(arguments: &Trace) -> Result<Exit, Error> {
     let rays = read_rays(&arguments.rays)?;
     let scene = arguments.scene.load()?;
-    let config = TracerConfig { accel: arguments.accel.clone(), ..TracerConfig::default() };
+    let config = TracerConfig {
+        accel: arguments.accel.clone(),
+        split_budget: arguments.split_budget,
+        ..TracerConfig::default()
+    };
     let tracer = Tracer::new(&scene, &config).map_err(|e| build_error(&e))?;
     let figures = bench::trace(&tracer, &rays, arguments.occluded, arguments.repeat);
     let line = json!({
