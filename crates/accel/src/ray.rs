@@ -129,8 +129,6 @@ impl ScaledRay {
 pub struct TriangleRay {
     /// Where the ray starts.
     pub origin: [f32; 3],
-    /// Reciprocal of the direction, finite and not zero.
-    pub reciprocal: [f32; 3],
     /// The axes that become x, y and z after the shear; z is the longest of the direction.
     pub axes: [usize; 3],
     /// `x' = x - shear[0] z`, `y' = y - shear[1] z`, `t = shear[2] z`.
@@ -158,7 +156,6 @@ impl TriangleRay {
         let largest_origin = Vec3::from(origin).abs().max_element();
         Self {
             origin,
-            reciprocal,
             axes: [x, y, z],
             shear: [d[x] * scale, d[y] * scale, scale],
             tolerance: (largest_origin + extent) * TOLERANCE,

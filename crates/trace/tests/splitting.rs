@@ -22,12 +22,7 @@ fn one(mesh: Mesh) -> Scene {
 }
 
 fn cut(scene: &Scene, accel: &str, budget: f32, level: Level) -> Tracer {
-    let config = TracerConfig {
-        accel: accel.into(),
-        split_budget: Some(budget),
-        level: Some(level),
-        ..TracerConfig::default()
-    };
+    let config = TracerConfig { accel: accel.into(), split_budget: Some(budget), level: Some(level) };
     Tracer::new(scene, &config).expect("built")
 }
 

@@ -2,6 +2,7 @@
 
 mod binned;
 mod clip;
+mod grid;
 mod hlbvh2;
 mod morton;
 mod pieces;
@@ -19,7 +20,7 @@ pub use clip::{Clip, clip_triangle};
 pub use presplit::presplit;
 
 /// Names that [`build`] knows; the first is the default.
-pub const NAMES: [&str; 4] = ["binned-sah", "hlbvh2", "morton", "ploc"];
+pub const NAMES: [&str; 5] = ["binned-sah", "grid-sah", "hlbvh2", "morton", "ploc"];
 
 /// How to build.
 #[derive(Clone, Copy, Debug)]
@@ -99,6 +100,7 @@ pub fn build(
         presplit(references, clip, most_references(references.len(), config.split_budget.unwrap_or(1.0)));
     }
     let tree = match name {
+        "grid-sah" => grid::build(references, config, scratch),
         "hlbvh2" => hlbvh2::build(references, config, scratch),
         "morton" => morton::build(references, config, scratch),
         "ploc" => ploc::build(references, config, scratch),

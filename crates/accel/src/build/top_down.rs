@@ -128,7 +128,7 @@ impl<H: Heuristic> Builder<'_, H> {
 }
 
 #[inline(always)]
-fn bounds_of<S: Simd8>(simd: S, references: &[Reference]) -> RunBounds {
+pub(super) fn bounds_of<S: Simd8>(simd: S, references: &[Reference]) -> RunBounds {
     let mut boxes = simd.load(&EMPTY_LANES);
     let mut centers = boxes;
     for reference in references {
@@ -165,7 +165,7 @@ impl Kernel for Unite {
 }
 
 #[inline(always)]
-fn unite<S: Simd8>(simd: S, a: &[f32; 8], b: &[f32; 8]) -> [f32; 8] {
+pub(super) fn unite<S: Simd8>(simd: S, a: &[f32; 8], b: &[f32; 8]) -> [f32; 8] {
     simd.to_array(simd.min(simd.load(a), simd.load(b)))
 }
 
