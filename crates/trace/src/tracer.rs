@@ -24,6 +24,8 @@ pub struct TracerConfig {
     pub split_budget: Option<f32>,
     /// Instructions to use; none for the best of the machine.
     pub level: Option<Level>,
+    /// Trace every ray by itself, also those that go the same way: to measure what bundles are worth.
+    pub single_rays: bool,
 }
 
 /// Why a scene cannot be traced.
@@ -69,6 +71,7 @@ pub struct Tracer {
     pub(crate) margin_factor: f32,
     /// Room that a ray needs for children that wait.
     pub(crate) stack_entries: usize,
+    pub(crate) bundles: bool,
     level: Level,
     report: BuildReport,
 }
@@ -109,7 +112,18 @@ impl Tracer {
             stages,
         };
         let stack_entries = stack_entries(top.levels + meshes.iter().map(|m| m.levels).max().unwrap_or(0));
-        Ok(Self { meshes, placed, top, kd: None, extent, margin_factor, stack_entries, level, report })
+        Ok(Self {
+            meshes,
+            placed,
+            top,
+            kd: None,
+            extent,
+            margin_factor,
+            stack_entries,
+            bundles: !config.single_rays,
+            level,
+            report,
+        })
     }
 
     /// Builds kd-trees instead.
@@ -145,6 +159,7 @@ impl Tracer {
             extent,
             margin_factor,
             stack_entries: 0,
+            bundles: false,
             level,
             report,
         })

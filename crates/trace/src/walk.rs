@@ -75,7 +75,8 @@ impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> 
         let mut bundle = Bundle::default();
         let (mut alone, mut alone_until) = (FIRST_ALONE, 0);
         while first < self.rays.len() {
-            let count = if first < alone_until { 0 } else { bundle::count(&self.rays[first..]) };
+            let try_bundle = self.tracer.bundles && first >= alone_until;
+            let count = if try_bundle { bundle::count(&self.rays[first..]) } else { 0 };
             if count > 0 {
                 if self.in_bundle(simd, first..first + count, &mut bundle) {
                     (first, alone) = (first + count, FIRST_ALONE);

@@ -22,7 +22,12 @@ fn one(mesh: Mesh) -> Scene {
 }
 
 fn cut(scene: &Scene, accel: &str, budget: f32, level: Level) -> Tracer {
-    let config = TracerConfig { accel: accel.into(), split_budget: Some(budget), level: Some(level) };
+    let config = TracerConfig {
+        accel: accel.into(),
+        split_budget: Some(budget),
+        level: Some(level),
+        ..TracerConfig::default()
+    };
     Tracer::new(scene, &config).expect("built")
 }
 

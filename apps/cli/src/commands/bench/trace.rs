@@ -3,7 +3,7 @@
 use super::build_error;
 use crate::arguments::SceneArguments;
 use crate::exit::Exit;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use vastlight::math::Ray;
@@ -27,9 +27,18 @@ pub(crate) struct Trace {
     /// Most references to triangles, as a multiple of the triangles [default: chosen by the builder]
     #[arg(long, value_name = "FACTOR")]
     split_budget: Option<f32>,
+    /// Whether rays that go the same way share their walk
+    #[arg(long, value_name = "on|off", default_value = "on")]
+    batch: Batch,
     /// Times the rays are traced; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Batch {
+    On,
+    Off,
 }
 
 pub(crate) fn run(arguments: &Trace) -> Result<Exit, Error> {
@@ -38,6 +47,7 @@ pub(crate) fn run(arguments: &Trace) -> Result<Exit, Error> {
     let config = TracerConfig {
         accel: arguments.accel.clone(),
         split_budget: arguments.split_budget,
+        single_rays: arguments.batch == Batch::Off,
         ..TracerConfig::default()
     };
     let tracer = Tracer::new(&scene, &config).map_err(|e| build_error(&e))?;
@@ -46,6 +56,7 @@ pub(crate) fn run(arguments: &Trace) -> Result<Exit, Error> {
         "bench": "trace",
         "accel": figures.accel,
         "occluded": arguments.occluded,
+        "batch": arguments.batch == Batch::On,
         "simd": figures.level,
         "threads": rayon::current_num_threads(),
         "triangles": figures.triangles,
