@@ -22,6 +22,8 @@ pub struct TracerConfig {
     pub accel: String,
     /// Most references to triangles, as a multiple of the triangles (see `BuildConfig::split_budget`).
     pub split_budget: Option<f32>,
+    /// Rounds of reinsertion after the build, see [`BuildConfig::optimize`].
+    pub optimize: u32,
     /// Instructions to use; none for the best of the machine.
     pub level: Option<Level>,
     /// Trace every ray by itself, also those that go the same way: to measure what bundles are worth.
@@ -88,7 +90,8 @@ impl Tracer {
         let start = Instant::now();
         let accel = resolve(&config.accel)?;
         let level = config.level.unwrap_or_default();
-        let build = BuildConfig { level, split_budget: config.split_budget, ..BuildConfig::default() };
+        let (split_budget, optimize) = (config.split_budget, config.optimize);
+        let build = BuildConfig { level, split_budget, optimize, ..BuildConfig::default() };
         let built = build_meshes(scene, accel, &build)?;
         let (meshes, builds): (Vec<_>, Vec<_>) = built.into_iter().unzip();
         let meshes_done = Instant::now();

@@ -19,6 +19,9 @@ pub(crate) struct Build {
     /// Most references to triangles, as a multiple of the triangles [default: chosen by the builder]
     #[arg(long, value_name = "FACTOR")]
     split_budget: Option<f32>,
+    /// Rounds of reinsertion after the build: slower to build, faster to trace
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    optimize: u32,
     /// Times it is built; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
@@ -29,6 +32,7 @@ pub(crate) fn run(arguments: &Build) -> Result<Exit, Error> {
     let config = TracerConfig {
         accel: arguments.accel.clone(),
         split_budget: arguments.split_budget,
+        optimize: arguments.optimize,
         ..TracerConfig::default()
     };
     let figures = bench::build(&scene, &config, arguments.repeat).map_err(|e| build_error(&e))?;
@@ -37,6 +41,7 @@ pub(crate) fn run(arguments: &Build) -> Result<Exit, Error> {
     let line = json!({
         "bench": "build",
         "accel": figures.accel,
+        "optimize": arguments.optimize,
         "threads": rayon::current_num_threads(),
         "triangles": figures.triangles,
         "references": figures.references,

@@ -30,6 +30,9 @@ pub(crate) struct Trace {
     /// Whether rays that go the same way share their walk
     #[arg(long, value_name = "on|off", default_value = "on")]
     batch: Batch,
+    /// Rounds of reinsertion after the build: slower to build, faster to trace
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    optimize: u32,
     /// Times the rays are traced; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
@@ -48,6 +51,7 @@ pub(crate) fn run(arguments: &Trace) -> Result<Exit, Error> {
         accel: arguments.accel.clone(),
         split_budget: arguments.split_budget,
         single_rays: arguments.batch == Batch::Off,
+        optimize: arguments.optimize,
         ..TracerConfig::default()
     };
     let tracer = Tracer::new(&scene, &config).map_err(|e| build_error(&e))?;
@@ -55,6 +59,7 @@ pub(crate) fn run(arguments: &Trace) -> Result<Exit, Error> {
     let line = json!({
         "bench": "trace",
         "accel": figures.accel,
+        "optimize": arguments.optimize,
         "occluded": arguments.occluded,
         "batch": arguments.batch == Batch::On,
         "simd": figures.level,
