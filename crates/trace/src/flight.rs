@@ -123,7 +123,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
             let stage = &self.stages[self.level & 1];
             let node = &stage.nodes[self.current.index()];
             let hits = stage.lanes.test(simd, node, stage.t_max);
-            match self.waiting.descend::<S, ALONE>(simd, node, hits, &stage.memory) {
+            match self.waiting.descend::<S, ALONE, ANY>(simd, node, hits, &stage.memory) {
                 Some(next) => self.current = next,
                 None => return self.next(),
             }
@@ -154,7 +154,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
             } else {
                 let node = &nodes[current.index()];
                 let hits = lanes.test(simd, node, self.stages[MESH].t_max);
-                self.waiting.descend::<S, true>(simd, node, hits, &memory)
+                self.waiting.descend::<S, true, ANY>(simd, node, hits, &memory)
             };
             match next.or_else(|| self.waiting.pop(self.floor, self.stages[MESH].t_max)) {
                 Some(next) => current = next,

@@ -40,9 +40,10 @@ impl Waiting<'_> {
     }
 
     /// Puts the hit children of `node` aside but for the nearest, which it gives. With `PREFETCH` the caches are asked
-    /// for all of them, where there are several.
+    /// for all of them, where there are several. With `ANY`, for walks that end at the first hit, the others wait in no
+    /// order.
     #[inline(always)]
-    pub fn descend<S: Simd8, const PREFETCH: bool>(
+    pub fn descend<S: Simd8, const PREFETCH: bool, const ANY: bool>(
         &mut self,
         simd: S,
         node: &Node8,
@@ -65,7 +66,9 @@ impl Waiting<'_> {
         self.depth += 1;
         while hits != 0 {
             let other = entry::<S, PREFETCH>(simd, node, take_lowest(&mut hits), &distances, memory);
-            self.insert(bottom, nearest.max(other));
+            let farther = nearest.max(other);
+            let bottom = if ANY { self.depth } else { bottom };
+            self.insert(bottom, farther);
             nearest = nearest.min(other);
         }
         Some(ChildRef(nearest as u32))
