@@ -3,11 +3,13 @@
 //!
 //! Primitives are sorted once by 30-bit Morton codes. Runs whose codes have the same upper 15 bits become clusters. The
 //! tree of each cluster follows from the lower bits ([`super::morton`]); above the clusters stands a tree made with the
-//! surface-area heuristic, for which each cluster is one primitive.
+//! surface-area heuristic, for which each cluster is one primitive: by grids as published, or by bins, which are exact.
+//!
+//! Deviation: the grids are those of [`super::grid`], also finer ones where a cell of the top grid holds several clusters.
 
 use super::morton::{CODE_BITS, Emitter, sorted_codes};
 use super::pieces::Piece;
-use super::{Binned, BuildConfig, Scratch, top_down};
+use super::{Binned, BuildConfig, Scratch, grid, top_down};
 use crate::sort::{Pair, key, parts};
 use crate::{BinaryTree, Reference};
 use rayon::prelude::*;
@@ -18,8 +20,20 @@ const CLUSTER_BITS: u32 = 15;
 /// Pairs that one thread looks at at a time.
 const CHUNK: usize = 1 << 14;
 
+/// How the tree over clusters is made.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Top {
+    Grid,
+    Binned,
+}
+
 /// Builds a tree.
-pub(super) fn build(references: &[Reference], config: &BuildConfig, scratch: &mut Scratch) -> BinaryTree {
+pub(super) fn build(
+    references: &[Reference],
+    top: Top,
+    config: &BuildConfig,
+    scratch: &mut Scratch,
+) -> BinaryTree {
     if references.is_empty() {
         return BinaryTree::default();
     }
@@ -30,7 +44,7 @@ pub(super) fn build(references: &[Reference], config: &BuildConfig, scratch: &mu
     let places = parts(&mut in_code_order, clusters.iter().map(|run| run.len()));
     let piece = |(run, prims): (&Range<usize>, &mut [u32])| emitter.piece(&sorted[run.clone()], prims);
     let pieces: Vec<Piece> = clusters.par_iter().zip(places).map(piece).collect();
-    let top = top_tree(&pieces, config);
+    let top = top_tree(&pieces, top, config);
     let prims = prims(&in_code_order, &clusters, &top);
     BinaryTree { nodes: hang(pieces, &top).assemble(), prims }
 }
@@ -50,11 +64,15 @@ fn clusters(sorted: &[Pair]) -> Vec<Range<usize>> {
 }
 
 /// The tree over clusters, one in each leaf.
-fn top_tree(pieces: &[Piece], config: &BuildConfig) -> BinaryTree {
+fn top_tree(pieces: &[Piece], top: Top, config: &BuildConfig) -> BinaryTree {
     let mut references: Vec<Reference> =
         pieces.iter().zip(0..).map(|(piece, i)| Reference::new(&piece.bounds(), i)).collect();
     let config = BuildConfig { max_leaf: 1, ..*config };
-    top_down::build(&Binned::new(&config), &mut references, &config, &mut Scratch::default())
+    let mut scratch = Scratch::default();
+    match top {
+        Top::Grid => grid::build(&references, &config, &mut scratch),
+        Top::Binned => top_down::build(&Binned::new(&config), &mut references, &config, &mut scratch),
+    }
 }
 
 /// The primitives, cluster by cluster in the order of the tree's leaves.

@@ -20,7 +20,7 @@ pub use clip::{Clip, clip_triangle};
 pub use presplit::presplit;
 
 /// Names that [`build`] knows; the first is the default.
-pub const NAMES: [&str; 5] = ["binned-sah", "grid-sah", "hlbvh2", "morton", "ploc"];
+pub const NAMES: [&str; 6] = ["binned-sah", "grid-sah", "hlbvh2", "hlbvh2-binned", "morton", "ploc"];
 
 /// How to build.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +101,8 @@ pub fn build(
     }
     let tree = match name {
         "grid-sah" => grid::build(references, config, scratch),
-        "hlbvh2" => hlbvh2::build(references, config, scratch),
+        "hlbvh2" => hlbvh2::build(references, hlbvh2::Top::Grid, config, scratch),
+        "hlbvh2-binned" => hlbvh2::build(references, hlbvh2::Top::Binned, config, scratch),
         "morton" => morton::build(references, config, scratch),
         "ploc" => ploc::build(references, config, scratch),
         _ => top_down::build(&Binned::new(config), references, config, scratch),
