@@ -116,8 +116,11 @@ pub(crate) struct SceneArguments {
 
 impl SceneArguments {
     /// How the scene is opened.
-    pub(crate) fn options(&self) -> Result<vastlight::LoadOptions, Error> {
+    pub(crate) fn options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
         let mut options = vastlight::LoadOptions::default();
+        let images = &mut options.import.limits.all_images_bytes;
+        let machine = vastlight::default_budget_bytes().unwrap_or(u64::MAX);
+        *images = common.memory.unwrap_or_else(|| machine.min(*images));
         options.import.scene.clone_from(&self.file_scene);
         options.generate.triangles = self.triangles;
         options.environment.clone_from(&self.env);
@@ -127,7 +130,7 @@ impl SceneArguments {
     }
 
     /// Opens the scene.
-    pub(crate) fn load(&self) -> Result<vastlight::scene::Scene, Error> {
-        vastlight::load(&self.scene, &self.options()?)
+    pub(crate) fn load(&self, common: &Common) -> Result<vastlight::scene::Scene, Error> {
+        vastlight::load(&self.scene, &self.options(common)?)
     }
 }

@@ -1,6 +1,7 @@
 //! Exit codes, and the one line that an error is.
 
 use clap::error::ErrorKind;
+use std::io::Write;
 use std::process::ExitCode;
 use vastlight::ErrorClass;
 
@@ -66,7 +67,8 @@ impl From<ErrorClass> for Exit {
 pub(crate) fn from_arguments(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            print!("{error}");
+            // Whoever reads may have seen enough.
+            let _ = write!(std::io::stdout(), "{error}");
             Exit::Done.into()
         }
         ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {

@@ -162,6 +162,32 @@ fn diff_tells_equal_from_perturbed() {
 }
 
 #[test]
+fn non_finite_samples_are_counted_and_fail_only_under_strict() {
+    let workspace = Workspace::new();
+    // The emission is beyond the largest number in single precision.
+    workspace.write(
+        "bright.gltf",
+        r#"{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}],
+            "extensionsUsed": ["KHR_materials_emissive_strength"],
+            "materials": [{"emissiveFactor": [1, 1, 1],
+                "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 1e39}}}],
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+                "min": [-5, -5, 0], "max": [5, 5, 0]}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AACgwAAAoMAAAAAAAACgQAAAoMAAAAAAAAAAAAAAoEAAAAAA"}]}"#,
+    );
+    let arguments = "render bright.gltf -r 4x4 --spp 4 --look-at 0,0,9,0,0,0";
+    let strict = workspace.run(&format!("{arguments} -o strict.png --strict"));
+    assert_eq!(strict.code, 7, "{}", strict.stderr);
+    assert!(strict.stderr.contains("not finite"), "{}", strict.stderr);
+    assert_eq!(workspace.run(&format!("{arguments} -o plain.png")).code, 0);
+    assert_eq!(workspace.bytes("strict.png"), workspace.bytes("plain.png"));
+    let sane = workspace.run("render demo:cornell -r 4x4 --spp 4 -o sane.png --strict");
+    assert_eq!(sane.code, 0, "{}", sane.stderr);
+}
+
+#[test]
 fn a_time_limit_ends_well_with_an_even_picture() {
     let w = Workspace::new();
     let outcome =

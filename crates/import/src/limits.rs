@@ -2,6 +2,9 @@
 
 use crate::ImportError;
 
+/// What to do about images that are too large together.
+pub(crate) const LARGE_IMAGES_HINT: &str = "smaller images, or a larger --memory";
+
 /// Bounds on what an importer accepts. Every count that a file states is compared with these before memory is taken
 /// for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +21,8 @@ pub struct Limits {
     pub instances: u64,
     /// Size of one decoded image or buffer, bytes.
     pub decoded_bytes: u64,
+    /// Size of all decoded images of a scene together, bytes.
+    pub all_images_bytes: u64,
     /// Width or height of an image, texels.
     pub image_side: u32,
     /// Depth of a hierarchy.
@@ -35,6 +40,7 @@ impl Default for Limits {
             items: 1 << 24,
             instances: 1 << 28,
             decoded_bytes: 4 << 30,
+            all_images_bytes: 8 << 30,
             image_side: 1 << 16,
             nesting: 512,
             line_bytes: 64 << 20,
@@ -64,6 +70,19 @@ impl Limits {
             return Err(ImportError::limit(what, place));
         }
         Ok(())
+    }
+
+    /// Checks the size of all images of a scene together before the first is decoded.
+    ///
+    /// # Errors
+    /// [`crate::ErrorKind::Limit`].
+    pub fn check_all_images(&self, bytes: u64, place: &str) -> Result<(), ImportError> {
+        if bytes <= self.all_images_bytes {
+            return Ok(());
+        }
+        let limit = self.all_images_bytes;
+        let what = format!("the images of the scene take {bytes} bytes, more than the limit of {limit}");
+        Err(ImportError::limit(what, place).with_hint(LARGE_IMAGES_HINT))
     }
 
     /// Checks a count of `what` against `limit`.

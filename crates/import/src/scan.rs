@@ -97,18 +97,33 @@ impl<R: Read> Source<R> {
         self.buffer[self.start..self.end].get(offset).copied()
     }
 
-    /// The next word in text, on this line or a later one; `None` at the end of the file.
+    /// Skips blanks and ends of lines in text. Whether a word follows; otherwise this is the end of the file.
     #[inline]
-    pub(crate) fn token(&mut self) -> Result<Option<&[u8]>, ImportError> {
+    pub(crate) fn find_word(&mut self) -> Result<bool, ImportError> {
         self.line += u64::from(std::mem::take(&mut self.at_line_start));
-        let mut length = 0;
         loop {
             let window = &self.buffer[self.start..self.end];
-            if length == 0 {
-                let skipped = window.iter().position(|&c| c > b' ').unwrap_or(window.len());
-                self.line += window[..skipped].iter().filter(|&&c| c == b'\n').count() as u64;
-                self.advance(skipped);
+            let mut lines = 0;
+            let found = window.iter().position(|&c| {
+                lines += u64::from(c == b'\n');
+                c > b' '
+            });
+            self.line += lines;
+            self.advance(found.unwrap_or(self.end - self.start));
+            if found.is_some() {
+                return Ok(true);
             }
+            if !self.fill()? {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// The word that [`Self::find_word`] has found.
+    #[inline]
+    pub(crate) fn word(&mut self) -> Result<&[u8], ImportError> {
+        let mut length = 0;
+        loop {
             let window = &self.buffer[self.start + length..self.end];
             if let Some(found) = window.iter().position(|&c| c <= b' ') {
                 length += found;
@@ -124,7 +139,13 @@ impl<R: Read> Source<R> {
         }
         let first = self.start;
         self.advance(length);
-        Ok((length > 0).then(|| &self.buffer[first..first + length]))
+        Ok(&self.buffer[first..first + length])
+    }
+
+    /// The next word in text, on this line or a later one; `None` at the end of the file.
+    #[inline]
+    pub(crate) fn token(&mut self) -> Result<Option<&[u8]>, ImportError> {
+        if self.find_word()? { self.word().map(Some) } else { Ok(None) }
     }
 
     /// The next `count` bytes, or `None` if the file ends before.

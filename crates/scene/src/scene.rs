@@ -45,7 +45,7 @@ impl Scene {
         if desc.cameras.is_empty() {
             desc.cameras.push(Camera::framing(&bounds));
         }
-        let environment = environment_or_sky(&desc);
+        let environment = environment_or_sky(&mut desc);
         Ok(Self { desc, environment, bounds })
     }
 
@@ -252,10 +252,17 @@ fn world_bounds(desc: &SceneDesc) -> Aabb {
 /// What the description says, or a sky where nothing else lights the scene.
 ///
 /// A material that emits no more than a radiance of 1 is a glowing label or display, not a lamp: files full of those
-/// are meant to be seen under a viewer's own light.
-fn environment_or_sky(desc: &SceneDesc) -> Environment {
+/// are meant to be seen under a viewer's own light. Lights without surface alone are a choice of the author's, but not
+/// what a viewer with surroundings of its own would show, so a hint stands in the diagnostics.
+fn environment_or_sky(desc: &mut SceneDesc) -> Environment {
     let is_lamp = |m: &Material| m.is_emissive() && m.emission.factor.max_element() > 1.0;
-    let shines = !desc.lights.is_empty() || desc.materials.iter().any(is_lamp);
+    let has_lamp = desc.materials.iter().any(is_lamp);
+    let has_lights = !desc.lights.is_empty();
+    if desc.environment.is_none() && has_lights && !has_lamp {
+        let hint = "viewers may add some; --sun AZ,EL or --env FILE does here";
+        desc.diagnostics.warn("the scene has lights but no surroundings, so those are black", "lights", hint);
+    }
+    let shines = has_lights || has_lamp;
     match &desc.environment {
         Some(environment) => environment.clone(),
         None if shines => Environment::Constant(Vec3::ZERO),
@@ -295,6 +302,24 @@ mod tests {
             desc.materials.push(Material::emitter("glow", Vec3::splat(radiance), false));
             let scene = Scene::new(desc).expect("valid");
             assert_eq!(matches!(scene.environment(), Environment::Sky(_)), lit_by_sky);
+        }
+    }
+
+    #[test]
+    fn lights_alone_shine_as_authored_with_a_hint_about_black_surroundings() {
+        let light = Light {
+            name: "bulb".into(),
+            kind: crate::LightKind::Point,
+            world_from_light: Affine3::IDENTITY,
+            intensity: Vec3::ONE,
+            range: f32::INFINITY,
+            profile: None,
+        };
+        let dark = Environment::Constant(Vec3::ZERO);
+        for (environment, hints) in [(None, 1), (Some(dark.clone()), 0)] {
+            let desc = SceneDesc { lights: vec![light.clone()], environment, ..one_triangle() };
+            let scene = Scene::new(desc).expect("valid");
+            assert_eq!((scene.environment(), scene.diagnostics().items().len()), (&dark, hints));
         }
     }
 

@@ -201,7 +201,7 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let reporter = Reporter::new(arguments.output.progress, common.quiet);
     let cancel = interrupt::flag()?;
 
-    let scene = arguments.scene.load()?;
+    let scene = arguments.scene.load(common)?;
     let load_ms = millis(start.elapsed());
     show_findings(&scene, common, &reporter);
     let mut request = arguments.picture.request(&scene, arguments.output.aov.clone())?;

@@ -18,11 +18,7 @@ pub(crate) const SIGNATURE: &[u8] = b"\xabKTX 20\xbb\r\n\x1a\n";
 /// # Errors
 /// Malformed, beyond the limits, or in a format that is not decoded.
 pub fn ktx2(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, ImportError> {
-    let field = |offset: usize| {
-        let word = bytes.get(offset..offset + 4).and_then(|b| b.first_chunk::<4>());
-        word.map(|&b| u32::from_le_bytes(b))
-            .ok_or_else(|| ImportError::malformed("the KTX2 header is cut off", name))
-    };
+    let field = |offset: usize| field(bytes, offset, name);
     if !bytes.starts_with(SIGNATURE) {
         return Err(ImportError::malformed("this is not a KTX2 texture", name));
     }
@@ -43,6 +39,28 @@ pub fn ktx2(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, ImportEr
         other => ImportError::unsupported(format!("KTX2 textures of VkFormat {other} are not decoded"), name)
             .with_hint("Basis Universal textures are"),
     })
+}
+
+/// A number of the header.
+fn field(bytes: &[u8], offset: usize, name: &str) -> Result<u32, ImportError> {
+    let word = bytes.get(offset..offset.saturating_add(4)).and_then(|b| b.first_chunk::<4>());
+    let number = word.map(|&b| u32::from_le_bytes(b));
+    number.ok_or_else(|| ImportError::malformed("the KTX2 header is cut off", name))
+}
+
+/// Bytes of the texels that [`ktx2`] gives, from the header: 8 bits a channel, or floats where the data format
+/// descriptor names a model of high dynamic range.
+///
+/// # Errors
+/// The header is cut off.
+pub(crate) fn ktx2_decoded_bytes(bytes: &[u8], name: &str) -> Result<u64, ImportError> {
+    /// Colour models of the Khronos Data Format: ETC1S and UASTC.
+    const LOW_RANGE: [u32; 2] = [163, 166];
+    let (width, height) = (u64::from(field(bytes, 20, name)?), u64::from(field(bytes, 24, name)?));
+    let descriptor = field(bytes, 48, name)? as usize;
+    let model = field(bytes, descriptor.saturating_add(12), name)? & 0xff;
+    let texel_bytes = if LOW_RANGE.contains(&model) { 4 } else { 16 };
+    Ok(width.saturating_mul(height).saturating_mul(texel_bytes))
 }
 
 fn decode(bytes: &[u8], name: &str) -> Result<Image, ImportError> {

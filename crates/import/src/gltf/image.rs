@@ -5,13 +5,15 @@ use super::buffers::{read_file, shorten};
 use super::findings::Findings;
 use super::json::Json;
 use super::uri::{self, Uri};
+use crate::limits::LARGE_IMAGES_HINT;
 use crate::{ErrorKind, Limits};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::path::Path;
 use vastlight_scene::{Image, Texels};
 
-/// Decodes all images of the document, also those that nothing uses, so that their errors are found.
+/// Decodes all images of the document, also those that nothing uses, so that their errors are found. None is decoded
+/// if all together are beyond the limits.
 pub(super) fn load_all(
     root: &Json<'_>,
     data: &Data<'_>,
@@ -19,13 +21,20 @@ pub(super) fn load_all(
     limits: &Limits,
     findings: &mut Findings,
 ) -> Vec<Image> {
+    let source = Source { data, directory, limits };
     let list = root.list("images");
+    let sizes = list.par_iter().enumerate().map(|(i, json)| source.decoded_bytes(json, i));
+    let total = sizes.reduce(|| 0, u64::saturating_add);
+    if let Err(error) = limits.check_all_images(total, "/images") {
+        findings.error("IMAGES_TOO_LARGE", error.what, &error.place, LARGE_IMAGES_HINT);
+        return list.iter().enumerate().map(|(i, json)| placeholder(json, i)).collect();
+    }
     let decoded: Vec<(Image, Findings)> = list
         .par_iter()
         .enumerate()
         .map(|(i, json)| {
             let mut findings = Findings::default();
-            let image = load_one(json, data, i, directory, limits, &mut findings);
+            let image = source.decode(json, i, &mut findings);
             (image.unwrap_or_else(|| placeholder(json, i)), findings)
         })
         .collect();
@@ -37,36 +46,54 @@ pub(super) fn load_all(
     images
 }
 
-fn load_one(
-    json: &Json<'_>,
-    data: &Data<'_>,
-    index: usize,
-    directory: &Path,
-    limits: &Limits,
-    findings: &mut Findings,
-) -> Option<Image> {
-    let place = format!("/images/{index}");
-    let bytes = match json.index("bufferView") {
-        Some(view) => match data.view_bytes(view) {
-            Ok(bytes) => Cow::Borrowed(bytes),
-            Err(fault) => {
-                findings.fault("IMAGE_WITHOUT_DATA", Fault { place, ..fault });
-                return None;
+/// Where images come from.
+#[derive(Clone, Copy)]
+struct Source<'a> {
+    data: &'a Data<'a>,
+    directory: &'a Path,
+    limits: &'a Limits,
+}
+
+impl Source<'_> {
+    /// The file of an image.
+    fn bytes(&self, json: &Json<'_>, index: usize, findings: &mut Findings) -> Option<Cow<'_, [u8]>> {
+        let place = format!("/images/{index}");
+        match json.index("bufferView") {
+            Some(view) => match self.data.view_bytes(view) {
+                Ok(bytes) => Some(Cow::Borrowed(bytes)),
+                Err(fault) => {
+                    findings.fault("IMAGE_WITHOUT_DATA", Fault { place, ..fault });
+                    None
+                }
+            },
+            None => {
+                let uri = json.at("uri").text()?;
+                Some(Cow::Owned(load_uri(uri, self.directory, self.limits, &place, findings)?))
             }
-        },
-        None => Cow::Owned(load_uri(json.at("uri").text()?, directory, limits, &place, findings)?),
-    };
-    check_declared(json, &bytes, &place, findings);
-    match crate::decode_image(&bytes, &name_of(json, index), limits) {
-        Ok(image) => Some(image),
-        Err(error) if error.kind == ErrorKind::UnknownFormat => {
-            let what = "the image has an unknown format";
-            findings.warn("IMAGE_UNRECOGNIZED_FORMAT", what, &place, "it is shown in magenta");
-            None
         }
-        Err(error) => {
-            findings.error("IMAGE_DATA_INVALID", error.what, &place, "");
-            None
+    }
+
+    /// Bytes of an image's texels as its header says; 0 if it says nothing, which decoding will report.
+    fn decoded_bytes(&self, json: &Json<'_>, index: usize) -> u64 {
+        let bytes = self.bytes(json, index, &mut Findings::default());
+        bytes.map_or(0, |bytes| crate::texels::decoded_bytes(&bytes, "").unwrap_or(0))
+    }
+
+    fn decode(&self, json: &Json<'_>, index: usize, findings: &mut Findings) -> Option<Image> {
+        let bytes = self.bytes(json, index, findings)?;
+        let place = format!("/images/{index}");
+        check_declared(json, &bytes, &place, findings);
+        match crate::decode_image(&bytes, &name_of(json, index), self.limits) {
+            Ok(image) => Some(image),
+            Err(error) if error.kind == ErrorKind::UnknownFormat => {
+                let what = "the image has an unknown format";
+                findings.warn("IMAGE_UNRECOGNIZED_FORMAT", what, &place, "it is shown in magenta");
+                None
+            }
+            Err(error) => {
+                findings.error("IMAGE_DATA_INVALID", error.what, &place, "");
+                None
+            }
         }
     }
 }

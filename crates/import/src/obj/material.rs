@@ -71,12 +71,12 @@ impl Library {
         let used: Vec<Option<&MtlMaterial>> = names.iter().map(|name| self.find(name)).collect();
         let maps = used.iter().flatten().flat_map(|m| m.maps.iter().flatten());
         let files = maps.map(|map| textures::locate(&map.file, &self.directory));
-        let images = Images::load(files, &options.limits, &self.place, desc);
+        let mut images = Images::load(files, &options.limits, &self.place, desc);
         for ((name, source), &closed) in names.iter().zip(used).zip(closed) {
             let material = match source {
                 Some(source) => {
                     let mut material = source.convert(closed);
-                    Textures { images: &images, directory: &self.directory, desc }
+                    Textures { images: &mut images, directory: &self.directory, desc }
                         .apply(source, &mut material);
                     material
                 }
@@ -199,7 +199,7 @@ impl MtlMaterial {
 
 /// Adds textures to a scene and a material.
 struct Textures<'a> {
-    images: &'a Images,
+    images: &'a mut Images,
     directory: &'a Path,
     desc: &'a mut SceneDesc,
 }
@@ -253,14 +253,10 @@ impl Textures<'_> {
             return Some(NormalMap { texture, scale: 1.0 });
         }
         let map = source.map(Slot::Bump)?;
-        let mut image = self.images.number(&textures::locate(&map.file, self.directory))?;
-        let made = textures::normals_from_bump(&self.desc.images[image as usize], map.bump);
+        let image = self.images.number(&textures::locate(&map.file, self.directory))?;
+        let made = self.images.normal_map_of(image, map.bump, self.desc);
         // The strength of a ready normal map is its scale, that of heights is in the slopes already.
         let scale = if made.is_some() { 1.0 } else { map.bump };
-        if let Some(normals) = made {
-            self.desc.images.push(normals);
-            image = self.desc.images.len() as u32 - 1;
-        }
-        Some(NormalMap { texture: self.push(map, image, Encoding::Linear), scale })
+        Some(NormalMap { texture: self.push(map, made.unwrap_or(image), Encoding::Linear), scale })
     }
 }

@@ -6,14 +6,18 @@ use vastlight_math::{Vec2, Vec3};
 use vastlight_scene::{AlphaMode, Channel, Part, Texels};
 
 /// Loads `obj` from a folder that also holds `files`.
-fn load_with(obj: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, ImportError> {
+fn load_limited(obj: &str, files: &[(&str, &[u8])], options: &LoadOptions) -> Result<SceneDesc, ImportError> {
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("test.obj");
     fs::write(&path, obj).expect("written");
     for (name, content) in files {
         fs::write(folder.path().join(name), content).expect("written");
     }
-    load(&path, &LoadOptions::default())
+    load(&path, options)
+}
+
+fn load_with(obj: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, ImportError> {
+    load_limited(obj, files, &LoadOptions::default())
 }
 
 fn load_ok(obj: &str) -> SceneDesc {
@@ -249,6 +253,26 @@ fn bump_maps_of_heights_and_of_normals() {
     let desc = with_material("newmtl m\nmap_Bump -bm 0.5 n.png\n", &[("n.png", &normals)]);
     assert_eq!(desc.images.len(), 1);
     assert_eq!(desc.materials[0].normal_map.map(|n| n.scale), Some(0.5));
+}
+
+#[test]
+fn images_are_made_once_and_within_the_limits() {
+    let mtl = "newmtl a\nbump h.png\nnewmtl b\nbump h.png\nnewmtl c\nbump -bm 2 h.png\n";
+    let obj = format!("mtllib t.mtl\n{QUAD}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\nusemtl c\nf 1 2 4\n");
+    let heights = png(4, 4, |x, _| if x == 2 { [255; 4] } else { [0, 0, 0, 255] });
+    let files = [("t.mtl", mtl.as_bytes()), ("h.png", &heights[..])];
+    let load = |all_images_bytes: u64| {
+        let limits = crate::Limits { all_images_bytes, ..crate::Limits::default() };
+        load_limited(&obj, &files, &LoadOptions { limits, ..LoadOptions::default() }).expect("well formed")
+    };
+    // The heights take 64 bytes, each normal map 48; two materials share one.
+    for (limit, images) in [(1000, 3), (64 + 2 * 48, 3), (64 + 2 * 48 - 1, 2), (64, 1)] {
+        let desc = load(limit);
+        assert_eq!((desc.images.len(), desc.diagnostics.first_error()), (images, None), "{limit}");
+    }
+    let desc = load(63);
+    let error = desc.diagnostics.first_error().expect("too large").to_string();
+    assert!(desc.images.is_empty() && error.contains("64 bytes"), "{error}");
 }
 
 #[test]

@@ -12,6 +12,10 @@ use vastlight_scene::{Encoding, Image, SceneDesc, Texels, Texture, TextureTransf
 /// Decoded images by their path.
 pub(super) struct Images {
     numbers: HashMap<PathBuf, Option<u32>>,
+    /// Normal maps by the image of heights and the bits of the strength; `None` where the image is one itself.
+    from_bump: HashMap<(u32, u32), Option<u32>>,
+    /// What the limits leave for more images.
+    left_bytes: u64,
 }
 
 impl Images {
@@ -25,6 +29,12 @@ impl Images {
         let mut paths: Vec<PathBuf> = files.collect();
         paths.sort();
         paths.dedup();
+        let sizes = paths.par_iter().map(|path| decoded_bytes(path, limits));
+        let total = sizes.reduce(|| 0, u64::saturating_add);
+        if let Err(e) = limits.check_all_images(total, place) {
+            desc.diagnostics.error(e.what, e.place, e.hint);
+            paths.clear();
+        }
         let decoded: Vec<Result<Image, ImportError>> = paths.par_iter().map(|p| decode(p, limits)).collect();
         let mut numbers = HashMap::new();
         for (path, result) in paths.into_iter().zip(decoded) {
@@ -41,18 +51,47 @@ impl Images {
             };
             numbers.insert(path, number);
         }
-        Self { numbers }
+        let left_bytes = limits.all_images_bytes.saturating_sub(total);
+        Self { numbers, from_bump: HashMap::new(), left_bytes }
     }
 
     /// The number of an image in the scene's table.
     pub(super) fn number(&self, path: &Path) -> Option<u32> {
         self.numbers.get(path).copied().flatten()
     }
+
+    /// The number of the normal map made from the heights in `image`; `None` if the image is a normal map itself, or if
+    /// there is no room for more images.
+    pub(super) fn normal_map_of(&mut self, image: u32, strength: f32, desc: &mut SceneDesc) -> Option<u32> {
+        let key = (image, strength.to_bits());
+        if let Some(&number) = self.from_bump.get(&key) {
+            return number;
+        }
+        let heights = &desc.images[image as usize];
+        let left_bytes =
+            self.left_bytes.checked_sub(3 * u64::from(heights.width) * u64::from(heights.height));
+        let normals = left_bytes.and_then(|_| normals_from_bump(heights, strength));
+        let number = normals.map(|normals| {
+            desc.images.push(normals);
+            desc.images.len() as u32 - 1
+        });
+        if number.is_some() {
+            self.left_bytes = left_bytes.unwrap_or(0);
+        }
+        self.from_bump.insert(key, number);
+        number
+    }
 }
 
 fn decode(path: &Path, limits: &Limits) -> Result<Image, ImportError> {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     decode_image(&read_file(path, limits)?, &name, limits)
+}
+
+/// Bytes of an image's texels as its header says; 0 if it says nothing, which decoding will report.
+fn decoded_bytes(path: &Path, limits: &Limits) -> u64 {
+    let bytes = read_file(path, limits);
+    bytes.and_then(|bytes| crate::texels::decoded_bytes(&bytes, "")).unwrap_or(0)
 }
 
 /// Where a file that is named in a library lies: as it is named, else beside the library, else there under another
@@ -107,7 +146,7 @@ pub(super) fn has_alpha(image: &Image) -> bool {
 
 /// A tangent-space normal map from the image of a `bump` statement: the image itself if it is one already, else made
 /// from its heights. `strength` is `-bm`; at 1 the slope is the difference of the two neighbouring texels.
-pub(super) fn normals_from_bump(image: &Image, strength: f32) -> Option<Image> {
+fn normals_from_bump(image: &Image, strength: f32) -> Option<Image> {
     let height = Heights::of(image);
     if height.is_normal_map(image) {
         return None;

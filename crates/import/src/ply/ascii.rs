@@ -63,15 +63,12 @@ pub(super) fn read_lists<R: Read>(
     Ok(())
 }
 
+#[inline]
 fn word<'s, R: Read>(source: &'s mut Source<R>, element: &Element) -> Result<&'s [u8], ImportError> {
-    let line = source.line_place();
-    match source.token()? {
-        Some(word) => Ok(word),
-        None => Err(ImportError::malformed(
-            format!("the file ends within the element \"{}\"", element.name),
-            line,
-        )),
+    if source.find_word()? {
+        return source.word();
     }
+    Err(source.error(format!("the file ends within the element \"{}\"", element.name)))
 }
 
 fn number<R: Read>(source: &mut Source<R>, element: &Element) -> Result<f32, ImportError> {

@@ -12,24 +12,38 @@ pub(super) fn decode(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image,
     guarded(name, || decode_unguarded(bytes, name, limits))
 }
 
+/// Bytes of the texels, from the headers.
+pub(super) fn decoded_bytes(bytes: &[u8], name: &str) -> Result<u64, ImportError> {
+    guarded(name, || {
+        let reader = block::read(Cursor::new(bytes), false).map_err(|e| broken(&e, name))?;
+        let (layer, channels) = pick_layer(reader.headers(), name)?;
+        let (width, height) = (reader.headers()[layer].layer_size.0, reader.headers()[layer].layer_size.1);
+        Ok((width as u64).saturating_mul(height as u64).saturating_mul(4 * channels.len() as u64))
+    })
+}
+
+fn broken(error: &::exr::error::Error, name: &str) -> ImportError {
+    ImportError::malformed(format!("the image cannot be decoded: {error}"), name)
+}
+
 fn decode_unguarded(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, ImportError> {
-    let broken =
-        |e: ::exr::error::Error| ImportError::malformed(format!("the image cannot be decoded: {e}"), name);
-    let reader = block::read(Cursor::new(bytes), false).map_err(broken)?;
-    let (layer, channels) = reader
-        .headers()
-        .iter()
-        .enumerate()
-        .find_map(|(i, header)| Some((i, pick_channels(header)?)))
-        .ok_or_else(|| ImportError::unsupported("the image has no colour or luminance channel", name))?;
+    let reader = block::read(Cursor::new(bytes), false).map_err(|e| broken(&e, name))?;
+    let (layer, channels) = pick_layer(reader.headers(), name)?;
     let mut target = Target::new(&reader.headers()[layer], layer, channels, name, limits)?;
     let chunks = reader.filter_chunks(false, |_, _, b| b.layer == layer && b.level.0 == 0 && b.level.1 == 0);
     let store = |_: &_, block: UncompressedBlock| {
         target.store(&block);
         Ok(())
     };
-    chunks.map_err(broken)?.decompress_parallel(false, store).map_err(broken)?;
+    let chunks = chunks.map_err(|e| broken(&e, name))?;
+    chunks.decompress_parallel(false, store).map_err(|e| broken(&e, name))?;
     Ok(target.image)
+}
+
+/// The layer that is read, with the numbers of its channels.
+fn pick_layer(headers: &[Header], name: &str) -> Result<(usize, Vec<usize>), ImportError> {
+    let found = headers.iter().enumerate().find_map(|(i, header)| Some((i, pick_channels(header)?)));
+    found.ok_or_else(|| ImportError::unsupported("the image has no colour or luminance channel", name))
 }
 
 /// Numbers of the channels that become R, G, B, (A) or luminance, (A).

@@ -5,9 +5,9 @@ mod exr;
 #[cfg(test)]
 mod tests;
 
-use crate::decode::{KTX2_SIGNATURE, ktx2};
+use crate::decode::{KTX2_SIGNATURE, ktx2, ktx2_decoded_bytes};
 use crate::{ErrorKind, ImportError, Limits};
-use ::image::{DynamicImage, ImageFormat, ImageReader};
+use ::image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 use std::io::Cursor;
 use vastlight_scene::{Image, Texels};
 
@@ -23,17 +23,27 @@ pub fn decode_image(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, 
     if bytes.starts_with(KTX2_SIGNATURE) {
         return ktx2(bytes, name, limits);
     }
-    let Some(format) = format_of(bytes) else {
-        let error = ImportError::new(ErrorKind::UnknownFormat, "unknown image format", name);
-        return Err(error.with_hint("vastlight reads PNG, JPEG, WebP, HDR, EXR and KTX2"));
-    };
-    match format {
+    match format_of(bytes, name)? {
         ImageFormat::OpenExr => exr::decode(bytes, name, limits),
         other => guarded(name, || decode_common(bytes, other, name, limits)),
     }
 }
 
-fn format_of(bytes: &[u8]) -> Option<ImageFormat> {
+/// How many bytes the texels of an image file take once decoded, from its header alone.
+///
+/// # Errors
+/// Unknown format, or the header is malformed.
+pub(crate) fn decoded_bytes(bytes: &[u8], name: &str) -> Result<u64, ImportError> {
+    if bytes.starts_with(KTX2_SIGNATURE) {
+        return ktx2_decoded_bytes(bytes, name);
+    }
+    match format_of(bytes, name)? {
+        ImageFormat::OpenExr => exr::decoded_bytes(bytes, name),
+        other => guarded(name, || Ok(open_common(bytes, other, name)?.total_bytes())),
+    }
+}
+
+fn format_of(bytes: &[u8], name: &str) -> Result<ImageFormat, ImportError> {
     let webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
     let signatures: [(&[u8], ImageFormat); 5] = [
         (b"\x89PNG\r\n\x1a\n", ImageFormat::Png),
@@ -43,7 +53,23 @@ fn format_of(bytes: &[u8]) -> Option<ImageFormat> {
         (b"\x76\x2f\x31\x01", ImageFormat::OpenExr),
     ];
     let by_signature = signatures.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|&(_, f)| f);
-    by_signature.or_else(|| webp.then_some(ImageFormat::WebP))
+    by_signature.or_else(|| webp.then_some(ImageFormat::WebP)).ok_or_else(|| {
+        let error = ImportError::new(ErrorKind::UnknownFormat, "unknown image format", name);
+        error.with_hint("vastlight reads PNG, JPEG, WebP, HDR, EXR and KTX2")
+    })
+}
+
+/// Reads the header.
+fn open_common<'b>(
+    bytes: &'b [u8],
+    format: ImageFormat,
+    name: &str,
+) -> Result<impl ImageDecoder + use<'b>, ImportError> {
+    ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(|e| broken(&e, name))
+}
+
+fn broken(error: &ImageError, name: &str) -> ImportError {
+    ImportError::malformed(format!("the image cannot be decoded: {error}"), name)
 }
 
 fn decode_common(
@@ -52,17 +78,15 @@ fn decode_common(
     name: &str,
     limits: &Limits,
 ) -> Result<Image, ImportError> {
-    let broken =
-        |e: ::image::ImageError| ImportError::malformed(format!("the image cannot be decoded: {e}"), name);
-    let (width, height) =
-        ImageReader::with_format(Cursor::new(bytes), format).into_dimensions().map_err(broken)?;
-    let bytes_per_texel = if format == ImageFormat::Hdr { 12 } else { 4 };
+    let mut decoder = open_common(bytes, format, name)?;
+    let (width, height) = decoder.dimensions();
+    let bytes_per_texel = u64::from(decoder.color_type().bytes_per_pixel());
     limits.check_image(u64::from(width), u64::from(height), bytes_per_texel, name)?;
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut allocation = ::image::Limits::default();
     allocation.max_alloc = Some(limits.decoded_bytes);
-    reader.limits(allocation);
-    Ok(from_dynamic(reader.decode().map_err(broken)?, name))
+    decoder.set_limits(allocation).map_err(|e| broken(&e, name))?;
+    let image = DynamicImage::from_decoder(decoder).map_err(|e| broken(&e, name))?;
+    Ok(from_dynamic(image, name))
 }
 
 fn from_dynamic(image: DynamicImage, name: &str) -> Image {

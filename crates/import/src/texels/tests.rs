@@ -130,6 +130,21 @@ fn truncations_never_panic() {
 }
 
 #[test]
+fn sizes_are_known_from_headers() {
+    for bytes in samples() {
+        let image = decode(&bytes).expect("well formed");
+        let texel_bytes = match image.texels {
+            Texels::U8(_) => 1,
+            Texels::U16(_) => 2,
+            Texels::F32(_) => 4,
+        };
+        let expected = u64::from(image.width * image.height) * u64::from(image.channels) * texel_bytes;
+        assert_eq!(decoded_bytes(&bytes, "test"), Ok(expected));
+        assert!(decoded_bytes(&bytes[..10], "test").is_err());
+    }
+}
+
+#[test]
 fn limits_are_checked_before_decoding() {
     let limits = Limits { image_side: 2, ..Limits::default() };
     for bytes in samples() {

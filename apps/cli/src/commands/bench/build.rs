@@ -1,7 +1,7 @@
 //! `vastlight bench build SCENE`.
 
 use super::build_error;
-use crate::arguments::SceneArguments;
+use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
 use clap::Args;
 use serde_json::json;
@@ -27,8 +27,8 @@ pub(crate) struct Build {
     repeat: u32,
 }
 
-pub(crate) fn run(arguments: &Build) -> Result<Exit, Error> {
-    let scene = arguments.scene.load()?;
+pub(crate) fn run(arguments: &Build, common: &Common) -> Result<Exit, Error> {
+    let scene = arguments.scene.load(common)?;
     let config = TracerConfig {
         accel: arguments.accel.clone(),
         split_budget: arguments.split_budget,

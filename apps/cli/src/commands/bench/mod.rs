@@ -29,8 +29,8 @@ enum What {
 
 pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<Exit, Error> {
     match &arguments.what {
-        What::Trace(arguments) => trace::run(arguments),
-        What::Build(arguments) => build::run(arguments),
+        What::Trace(arguments) => trace::run(arguments, common),
+        What::Build(arguments) => build::run(arguments, common),
         What::Sort(arguments) => sort::run(arguments),
         What::Path(arguments) => path::run(arguments, common, start),
     }

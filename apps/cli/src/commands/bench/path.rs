@@ -23,7 +23,7 @@ pub(crate) struct Path {
 
 pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<Exit, Error> {
     let cancel = interrupt::flag()?;
-    let scene = arguments.scene.load()?;
+    let scene = arguments.scene.load(common)?;
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let request = arguments.picture.request(&scene, Vec::new())?;
     check_memory(&scene, &request, common)?;

@@ -1,7 +1,7 @@
 //! `vastlight bench trace SCENE --rays FILE`.
 
 use super::build_error;
-use crate::arguments::SceneArguments;
+use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -44,9 +44,9 @@ enum Batch {
     Off,
 }
 
-pub(crate) fn run(arguments: &Trace) -> Result<Exit, Error> {
+pub(crate) fn run(arguments: &Trace, common: &Common) -> Result<Exit, Error> {
     let rays = read_rays(&arguments.rays)?;
-    let scene = arguments.scene.load()?;
+    let scene = arguments.scene.load(common)?;
     let config = TracerConfig {
         accel: arguments.accel.clone(),
         split_budget: arguments.split_budget,

@@ -1,6 +1,7 @@
 //! Materials, textures, samplers, images.
 
-use super::builder::Builder;
+use super::builder::{Builder, load_bytes};
+use crate::{Limits, LoadOptions};
 use serde_json::{Value, json};
 use vastlight_math::{Vec2, Vec3};
 use vastlight_scene::{
@@ -176,6 +177,20 @@ fn values_out_of_range_are_errors_with_their_place() {
     assert!(e.contains("needs TEXCOORD_3"), "{e}");
     let e = error(json!({"normalTexture": {"index": 9}}));
     assert!(e.contains("#/materials/0/normalTexture/index: 9 refers to nothing"), "{e}");
+}
+
+#[test]
+fn images_that_are_too_large_together_are_one_error() {
+    let builder = with_materials(json!([{}]));
+    let images = builder.json["images"].as_array().expect("images").len() as u64;
+    let load = |all_images_bytes: u64| {
+        let limits = Limits { all_images_bytes, ..Limits::default() };
+        load_bytes(&builder.glb(), &LoadOptions { limits, ..LoadOptions::default() })
+    };
+    assert_eq!(load(4 * images).diagnostics.first_error(), None);
+    let desc = load(4 * images - 1);
+    let errors: Vec<String> = desc.diagnostics.items().iter().map(ToString::to_string).collect();
+    assert!(errors.len() == 1 && errors[0].contains("#/images: the images of the scene"), "{errors:?}");
 }
 
 #[test]
