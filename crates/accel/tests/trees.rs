@@ -99,7 +99,9 @@ fn wide_trees_are_sound() {
                 .build(name)
                 .validate(&soup.view())
                 .unwrap_or_else(|violation| panic!("{name}, {input}: {violation}"));
-            assert_eq!(report.references, triangles.len(), "{name}, {input}");
+            // One builder cuts without being told.
+            let most = if name == "sbvh" { 3 * triangles.len() } else { triangles.len() };
+            assert!((triangles.len()..=most).contains(&report.references), "{name}, {input}: {report:?}");
         }
     }
 }

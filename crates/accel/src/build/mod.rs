@@ -9,6 +9,7 @@ mod pieces;
 mod ploc;
 mod presplit;
 mod reinsert;
+mod sbvh;
 mod top_down;
 
 use crate::sort::{Pair, make_room};
@@ -20,7 +21,7 @@ pub use clip::{Clip, clip_triangle};
 pub use presplit::presplit;
 
 /// Names that [`build`] knows; the first is the default.
-pub const NAMES: [&str; 6] = ["binned-sah", "grid-sah", "hlbvh2", "hlbvh2-binned", "morton", "ploc"];
+pub const NAMES: [&str; 7] = ["binned-sah", "grid-sah", "hlbvh2", "hlbvh2-binned", "morton", "ploc", "sbvh"];
 
 /// How to build.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +45,9 @@ impl Default for BuildConfig {
         Self { max_leaf: 8, traversal_cost: 0.3, optimize: 0, split_budget: None, level: Level::detect() }
     }
 }
+
+/// Budget of spatial splits where none is given.
+const SBVH_BUDGET: f32 = 3.0;
 
 /// Why nothing was built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -96,8 +100,11 @@ pub fn build(
         return Err(BuildError::TooMany(references.len()));
     }
     let name = resolve(name)?;
-    if let Some(clip) = clip {
-        presplit(references, clip, most_references(references.len(), config.split_budget.unwrap_or(1.0)));
+    let budget = |unless_given: f32| config.split_budget.unwrap_or(unless_given);
+    if let Some(clip) = clip
+        && name != "sbvh"
+    {
+        presplit(references, clip, most_references(references.len(), budget(1.0)));
     }
     let tree = match name {
         "grid-sah" => grid::build(references, config, scratch),
@@ -105,6 +112,10 @@ pub fn build(
         "hlbvh2-binned" => hlbvh2::build(references, hlbvh2::Top::Binned, config, scratch),
         "morton" => morton::build(references, config, scratch),
         "ploc" => ploc::build(references, config, scratch),
+        "sbvh" => {
+            let most = most_references(references.len(), clip.map_or(1.0, |_| budget(SBVH_BUDGET)));
+            sbvh::build(references, clip, most, config)
+        }
         _ => top_down::build(&Binned::new(config), references, config, scratch),
     };
     Ok(reinsert::optimize(tree, config.optimize))
