@@ -30,8 +30,8 @@ pub struct BuildConfig {
     pub max_leaf: u32,
     /// Cost of one step down in units of testing one block of `max_leaf` primitives: larger gives fuller leaves.
     pub traversal_cost: f32,
-    /// Rounds of reinsertion after the build: each makes rays faster by less than the one before, and takes about as
-    /// long as building with the surface-area heuristic. 0 for none.
+    /// Rounds of reinsertion after the build, for faster rays: a round takes some 20 to 40 ms for a million triangles with
+    /// two threads. 0 for none.
     pub optimize: u32,
     /// Most references in the tree, as a multiple of the primitives: 1.5 lets a builder cut primitives into half as many
     /// parts again; 1 cuts nothing. None leaves it to the builder. Has no effect on primitives that cannot be cut.
