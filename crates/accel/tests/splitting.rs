@@ -54,11 +54,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn the_budget_is_a_bound_and_parts_cover(triangles in triangles(120), budget in 0.0_f32..6.0) {
+    fn the_budget_is_a_bound_and_parts_cover(
+            triangles in triangles(120), budget in 0.0_f32..6.0, keep in prop_oneof![Just(0.55_f32), Just(f32::INFINITY)],
+        ) {
         let soup = Soup(triangles);
         let mut references = soup.references();
         let most = (soup.0.len() as f32 * budget.max(1.0)) as usize;
-        presplit(&mut references, &soup, most);
+        presplit(&mut references, &soup, most, keep);
         prop_assert!(references.len() <= most.max(soup.0.len()));
         for prim in 0..soup.0.len() as u32 {
             let boxes: Vec<Aabb> =
@@ -108,11 +110,11 @@ fn wide_trees_of_parts_are_sound() {
 fn a_lost_part_is_found() {
     let soup = Soup(needles(50));
     let mut references = soup.references();
-    presplit(&mut references, &soup, 200);
+    presplit(&mut references, &soup, 200, f32::INFINITY);
     assert!(references.len() > 150);
     references.pop();
-    let config = BuildConfig { split_budget: Some(1.0), ..BuildConfig::default() };
+    let config = BuildConfig { split_budget: Some(1.0), max_leaf: 1, ..BuildConfig::default() };
     let tree = build("", &mut references, None, &config, &mut Scratch::default()).expect("built");
-    let found = validate_parts(&tree, &soup.boxes(), 8, |prim, boxes| soup.covered(prim, boxes));
+    let found = validate_parts(&tree, &soup.boxes(), 1, |prim, boxes| soup.covered(prim, boxes));
     assert!(matches!(found, Err(Violation::Coverage { .. } | Violation::Box { .. })), "{found:?}");
 }

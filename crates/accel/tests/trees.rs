@@ -99,8 +99,8 @@ fn wide_trees_are_sound() {
                 .build(name)
                 .validate(&soup.view())
                 .unwrap_or_else(|violation| panic!("{name}, {input}: {violation}"));
-            // One builder cuts without being told.
-            let most = if name == "sbvh" { 3 * triangles.len() } else { triangles.len() };
+            // Triangles are cut without being told, within bounds.
+            let most = if name == "sbvh" { 3 * triangles.len() } else { 2 * triangles.len() };
             assert!((triangles.len()..=most).contains(&report.references), "{name}, {input}: {report:?}");
         }
     }

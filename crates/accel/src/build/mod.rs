@@ -34,7 +34,7 @@ pub struct BuildConfig {
     /// two threads. 0 for none.
     pub optimize: u32,
     /// Most references in the tree, as a multiple of the primitives: 1.5 lets a builder cut primitives into half as many
-    /// parts again; 1 cuts nothing. None leaves it to the builder. Has no effect on primitives that cannot be cut.
+    /// parts again; 1 cuts nothing. None cuts those that gain by it, up to 2. Has no effect on primitives that cannot be cut.
     pub split_budget: Option<f32>,
     /// Instructions to use; the tree is the same at every level.
     pub level: Level,
@@ -46,8 +46,12 @@ impl Default for BuildConfig {
     }
 }
 
+/// Budget where none is given; what of it is used follows from the primitives.
+const AUTOMATIC_BUDGET: f32 = 2.0;
+/// Cuts that are kept where no budget is given: those whose parts have at most so much of the whole's area.
+const AUTOMATIC_KEEP: f32 = 0.55;
 /// Budget of spatial splits where none is given.
-const SBVH_BUDGET: f32 = 3.0;
+const SPATIAL_BUDGET: f32 = 3.0;
 
 /// Why nothing was built.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -100,11 +104,14 @@ pub fn build(
         return Err(BuildError::TooMany(references.len()));
     }
     let name = resolve(name)?;
-    let budget = |unless_given: f32| config.split_budget.unwrap_or(unless_given);
+    let most =
+        |unless_given: f32| most_references(references.len(), config.split_budget.unwrap_or(unless_given));
+    let (most, most_spatial) = (most(AUTOMATIC_BUDGET), most(SPATIAL_BUDGET));
     if let Some(clip) = clip
         && name != "sbvh"
     {
-        presplit(references, clip, most_references(references.len(), budget(1.0)));
+        let keep = if config.split_budget.is_some() { f32::INFINITY } else { AUTOMATIC_KEEP };
+        presplit(references, clip, most, keep);
     }
     let tree = match name {
         "grid-sah" => grid::build(references, config, scratch),
@@ -112,10 +119,7 @@ pub fn build(
         "hlbvh2-binned" => hlbvh2::build(references, hlbvh2::Top::Binned, config, scratch),
         "morton" => morton::build(references, config, scratch),
         "ploc" => ploc::build(references, config, scratch),
-        "sbvh" => {
-            let most = most_references(references.len(), clip.map_or(1.0, |_| budget(SBVH_BUDGET)));
-            sbvh::build(references, clip, most, config)
-        }
+        "sbvh" => sbvh::build(references, clip, most_spatial, config),
         _ => top_down::build(&Binned::new(config), references, config, scratch),
     };
     Ok(reinsert::optimize(tree, config.optimize))

@@ -5,7 +5,9 @@
 //! A reference is cut into slabs of equal width along its longest axis, and the box of each slab is tightened to
 //! what is inside. A second pass with what is left of the budget cuts wide parts along another axis.
 //!
-//! Deviation: the ratio is clamped to 1, as the thesis's table shows but its formula does not.
+//! Deviations: the ratio is clamped to 1, as the thesis's table shows but its formula does not. A caller may ask for cuts
+//! that pay alone: then a reference stays whole where its parts' boxes would not be much smaller together, as with
+//! triangles that are large but neither long nor oblique.
 
 use super::Clip;
 use crate::Reference;
@@ -19,8 +21,9 @@ const PASSES: usize = 2;
 const CHUNK: usize = 1 << 13;
 
 /// Cuts `references` into parts, which `clip` tightens, so that they are at most `most` afterwards. Parts of a reference
-/// cover what it covered; the first takes its place, the others stand at the end.
-pub fn presplit(references: &mut Vec<Reference>, clip: &dyn Clip, most: usize) {
+/// cover what it covered; one takes its place, the others stand at the end. Cuts are kept where the areas of the parts add
+/// up to at most `keep` of the whole's: [`f32::INFINITY`] keeps all.
+pub fn presplit(references: &mut Vec<Reference>, clip: &dyn Clip, most: usize, keep: f32) {
     let width = scene_extent(references) / PORTIONS;
     if !(width > 0.0 && width.is_finite()) {
         return;
@@ -40,7 +43,7 @@ pub fn presplit(references: &mut Vec<Reference>, clip: &dyn Clip, most: usize) {
             .map(|chunk| {
                 let mut parts = Vec::new();
                 for reference in chunk {
-                    cut(reference, granted(reference), clip, &mut parts);
+                    cut(reference, granted(reference), clip, keep, &mut parts);
                 }
                 parts
             })
@@ -65,8 +68,8 @@ fn requested(reference: &Reference, width: f32) -> u64 {
     (reference.bounds().size().max_element() / width) as u64
 }
 
-/// Cuts `reference` with `cuts` planes; it becomes its first part, the others go to `parts`.
-fn cut(reference: &mut Reference, cuts: u64, clip: &dyn Clip, parts: &mut Vec<Reference>) {
+/// Cuts `reference` with `cuts` planes; it becomes one of its parts, the others go to `parts`.
+fn cut(reference: &mut Reference, cuts: u64, clip: &dyn Clip, keep: f32, parts: &mut Vec<Reference>) {
     if cuts == 0 {
         return;
     }
@@ -78,20 +81,20 @@ fn cut(reference: &mut Reference, cuts: u64, clip: &dyn Clip, parts: &mut Vec<Re
         i if i > cuts => end,
         i => start + (end - start) * (i as f32 / (cuts + 1) as f32),
     };
-    let mut found = 0;
+    let first = parts.len();
+    let mut area = 0.0;
     for i in 0..=cuts {
         let mut slab = whole;
         (slab.min[axis], slab.max[axis]) = (plane(i), plane(i + 1));
         let part = clip.clip(prim, &slab);
-        if part.is_empty() {
-            continue;
+        if !part.is_empty() {
+            area += part.half_area();
+            parts.push(Reference::new(&part, prim));
         }
-        let part = Reference::new(&part, prim);
-        if found == 0 {
-            *reference = part;
-        } else {
-            parts.push(part);
-        }
-        found += 1;
+    }
+    if parts.len() == first || area > keep * whole.half_area() {
+        parts.truncate(first);
+    } else {
+        *reference = parts.swap_remove(first);
     }
 }

@@ -42,7 +42,8 @@ pub(super) fn build(
         traversal_cost: config.traversal_cost,
         least_overlap: ALPHA * around.half_area(),
     };
-    let share = Share { room: most.saturating_sub(references.len()), depth: 0 };
+    let room = if clip.is_some() { most.saturating_sub(references.len()) } else { 0 };
+    let share = Share { room, depth: 0 };
     let (piece, prims) = builder.node(references.to_vec(), share);
     BinaryTree { nodes: piece.assemble(), prims }
 }
