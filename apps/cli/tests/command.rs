@@ -55,7 +55,6 @@ fn flags_of_later_versions_are_refused_not_ignored() {
         "--caustics photons",
         "--gpu-memory 1GiB",
         "--cache-dir d",
-        "--integrator whitted",
         "--integrator photon-caustics",
     ];
     for flag in flags {

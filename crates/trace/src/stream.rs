@@ -132,6 +132,50 @@ impl Tracer {
     }
 }
 
+impl Tracer {
+    /// Both kernels at once, for structures that have none: brings the rays in the slots `queue` to the ends of their
+    /// ways. The filter is told slots.
+    pub fn trace_whole<F: HitFilter>(
+        &self,
+        rays: &mut [StreamRay],
+        queue: &[u32],
+        filter: &F,
+        ended: &mut Vec<u32>,
+    ) {
+        let (any, closest): (Vec<u32>, Vec<u32>) =
+            queue.iter().partition(|&&slot| rays[slot as usize].looks_for_any());
+        let ray_of = |rays: &[StreamRay], slots: &[u32]| -> Vec<Ray> {
+            slots.iter().map(|&slot| rays[slot as usize].ray()).collect()
+        };
+        let mut hits = vec![Hit::MISS; closest.len()];
+        self.closest(&ray_of(rays, &closest), &BySlot { filter, slots: &closest }, &mut hits);
+        let mut occluded = vec![false; any.len()];
+        self.occluded(&ray_of(rays, &any), &BySlot { filter, slots: &any }, &mut occluded);
+        for (&slot, hit) in closest.iter().zip(&hits) {
+            rays[slot as usize].set_hit(hit);
+        }
+        let some = Hit { t: 0.0, u: 0.0, v: 0.0, instance: 0, prim: 0 };
+        for (&slot, &occluded) in any.iter().zip(&occluded) {
+            rays[slot as usize].set_hit(if occluded { &some } else { &Hit::MISS });
+        }
+        ended.extend_from_slice(queue);
+    }
+}
+
+/// A filter that is told slots where a batch counts rays.
+struct BySlot<'a, F> {
+    filter: &'a F,
+    slots: &'a [u32],
+}
+
+impl<F: HitFilter> HitFilter for BySlot<'_, F> {
+    const ACCEPTS_ALL: bool = F::ACCEPTS_ALL;
+
+    fn accepts(&self, ray: usize, hit: &Hit) -> bool {
+        self.filter.accepts(self.slots[ray] as usize, hit)
+    }
+}
+
 /// Instance, leaf and safe parameter of the next leaf.
 fn next_leaf(ray: &StreamRay, walk: &mut Walk<'_>) -> Option<(u32, u32, f32)> {
     if ray.leaf != Hit::NONE

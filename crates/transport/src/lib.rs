@@ -17,6 +17,7 @@ mod primary;
 mod renderer;
 mod sample;
 mod settings;
+mod stream;
 mod surface;
 mod texture;
 mod veil;

@@ -9,8 +9,9 @@ use crate::placement::Placement;
 use crate::primary::Primary;
 use crate::sample::{RenderStats, SampleSink};
 use crate::settings::{Integrator, RenderSettings, Tile};
+use crate::stream::Stream;
 use crate::veil::VeilIndex;
-use crate::wavefront::{Context, Shade, Starts, Wave};
+use crate::wavefront::{Batches, Context, Shade, Shaded, Starts, Wave};
 use std::cell::Cell;
 use std::ops::Range;
 use vastlight_scene::Scene;
@@ -66,18 +67,32 @@ impl<'a> Renderer<'a> {
     pub fn render_tile(&self, tile: Tile, samples: Range<u32>, sink: &mut impl SampleSink) -> RenderStats {
         let s = &self.settings;
         match s.integrator {
-            Integrator::Path => self.render_with(&PathTracing { direct_only: false }, tile, samples, sink),
-            Integrator::Direct => self.render_with(&PathTracing { direct_only: true }, tile, samples, sink),
-            Integrator::Primary => self.render_with(&Primary, tile, samples, sink),
+            Integrator::Path => self.render_waves(&PathTracing { direct_only: false }, tile, samples, sink),
+            Integrator::Direct => self.render_waves(&PathTracing { direct_only: true }, tile, samples, sink),
+            Integrator::Primary => self.render_waves(&Primary, tile, samples, sink),
             Integrator::Ao => {
-                self.render_with(&AmbientOcclusion::new(self.scene, s.ao_distance), tile, samples, sink)
+                self.render_waves(&AmbientOcclusion::new(self.scene, s.ao_distance), tile, samples, sink)
             }
+            Integrator::Whitted => self.render_with(&mut Stream::default(), tile, samples, sink),
         }
     }
 
-    fn render_with<S: Shade>(
+    fn render_waves<S: Shade>(
         &self,
         shade: &S,
+        tile: Tile,
+        samples: Range<u32>,
+        sink: &mut impl SampleSink,
+    ) -> RenderStats {
+        let mut waves = Shaded { wave: WAVE.take(), shade };
+        let stats = self.render_with(&mut waves, tile, samples, sink);
+        WAVE.set(waves.wave);
+        stats
+    }
+
+    fn render_with(
+        &self,
+        batches: &mut impl Batches,
         tile: Tile,
         samples: Range<u32>,
         sink: &mut impl SampleSink,
@@ -93,12 +108,11 @@ impl<'a> Renderer<'a> {
             placements: &self.placements,
         };
         let mut stats = RenderStats::default();
-        let mut wave = WAVE.take();
         let starts = Starts::new(tile, samples);
         let mut first = 0;
         while first < starts.len() {
             let last = starts.len().min(first + WAVE_PATHS);
-            let mut results = wave.run(&context, shade, starts.runs(first..last), &mut stats).iter();
+            let mut results = batches.run(&context, starts.runs(first..last), &mut stats).iter();
             for run in starts.runs(first..last) {
                 for sample in results.by_ref().take(run.samples.len()) {
                     if sample.is_finite() {
@@ -111,7 +125,6 @@ impl<'a> Renderer<'a> {
             stats.samples += last - first;
             first = last;
         }
-        WAVE.set(wave);
         stats
     }
 }

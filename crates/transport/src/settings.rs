@@ -15,6 +15,8 @@ pub enum Integrator {
     Primary,
     /// Ambient occlusion: the unoccluded part of the cosine-weighted hemisphere.
     Ao,
+    /// Phong's shading with shadows, mirrored and refracted rays, by the stream tracer. No light between rough surfaces.
+    Whitted,
 }
 
 /// How direct light is estimated; anything but `Both` is for tests and teaching.

@@ -123,7 +123,7 @@ pub(crate) enum IntegratorName {
     Primary,
     /// Ambient occlusion
     Ao,
-    #[value(hide = true)]
+    /// Phong's shading, mirrors and glass by the stream tracer
     Whitted,
     #[value(hide = true)]
     PhotonCaustics,
@@ -136,8 +136,9 @@ impl IntegratorName {
             Self::Direct => Ok(Integrator::Direct),
             Self::Primary => Ok(Integrator::Primary),
             Self::Ao => Ok(Integrator::Ao),
-            Self::Whitted | Self::PhotonCaustics => {
-                let hint = "use path, direct, primary or ao";
+            Self::Whitted => Ok(Integrator::Whitted),
+            Self::PhotonCaustics => {
+                let hint = "use path, direct, primary, whitted or ao";
                 Err(Error::usage("this integrator is not available yet", "--integrator", hint))
             }
         }

@@ -12,9 +12,7 @@
 //! - One in-order thread serves only rays whose near child is always the left one. Here a node has a thread for each
 //!   octant, to the place where a walk goes on after the node's whole subtree.
 //! - Where a cut is, is our choice: the median of the centres, or, for comparison, by the surface-area heuristic.
-//! - A primitive that is in several leaves is clipped as a box, never as a triangle. A hit on a triangle lies in the
-//!   triangle's own box, but for needles and triangles seen edge-on, rounding may put it anywhere in it: tighter
-//!   references would lose hits that other structures find.
+//! - Builders see boxes: a primitive that is in several leaves is clipped as a box, not as a triangle.
 
 mod build;
 mod cut;

@@ -39,6 +39,17 @@ pub(crate) struct Context<'a> {
     pub(crate) placements: &'a [Placement],
 }
 
+/// Computes samples, a batch of them at a time.
+pub(crate) trait Batches {
+    /// One sample for every sample of `runs`, in this order.
+    fn run(
+        &mut self,
+        context: &Context<'_>,
+        runs: impl Iterator<Item = Run>,
+        stats: &mut RenderStats,
+    ) -> &[Sample];
+}
+
 /// The shading stage of an integrator.
 pub(crate) trait Shade: Sync {
     /// Shades one hit or miss: adds to the sample, may queue shadow rays, and returns the next ray of a path that
@@ -78,29 +89,38 @@ pub(crate) struct Wave {
     shadows: ShadowQueue,
 }
 
-impl Wave {
-    /// Starts a path for every sample of `runs`, in this order, and follows all to their end.
-    pub(crate) fn run<S: Shade>(
+/// Waves with the shading of an integrator.
+#[derive(Debug)]
+pub(crate) struct Shaded<'s, S> {
+    pub(crate) wave: Wave,
+    pub(crate) shade: &'s S,
+}
+
+impl<S: Shade> Batches for Shaded<'_, S> {
+    /// Starts a path for every sample, and follows all to their end.
+    fn run(
         &mut self,
         context: &Context<'_>,
-        shade: &S,
         runs: impl Iterator<Item = Run>,
         stats: &mut RenderStats,
     ) -> &[Sample] {
-        self.clear();
-        context.tracer.level().dispatch(Generating { wave: self, context, runs });
+        let Self { wave, shade } = self;
+        wave.clear();
+        context.tracer.level().dispatch(Generating { wave, context, runs });
         let mut depth = 1;
-        while !self.rays.is_empty() {
-            stats.rays += self.rays.len() as u64;
-            self.trace(context, depth);
-            context.tracer.level().dispatch(Shading { wave: self, context, shade, depth });
-            stats.shadow_rays += self.shadows.len() as u64;
-            self.shadows.trace(context, &mut self.samples);
+        while !wave.rays.is_empty() {
+            stats.rays += wave.rays.len() as u64;
+            wave.trace(context, depth);
+            context.tracer.level().dispatch(Shading { wave, context, shade: *shade, depth });
+            stats.shadow_rays += wave.shadows.len() as u64;
+            wave.shadows.trace(context, &mut wave.samples);
             depth += 1;
         }
-        &self.samples
+        &wave.samples
     }
+}
 
+impl Wave {
     fn clear(&mut self) {
         self.paths.clear();
         self.samples.clear();

@@ -88,7 +88,18 @@ pub(crate) fn with_renderer<T>(
     settings: RenderSettings,
     with: impl FnOnce(&Renderer<'_>) -> T,
 ) -> T {
-    let tracer = Tracer::new(scene, &TracerConfig::default()).expect("a tracer");
+    with_renderer_over("", scene, settings, with)
+}
+
+/// Calls `with` with a renderer of `scene` over the structure `accel`.
+pub(crate) fn with_renderer_over<T>(
+    accel: &str,
+    scene: &Scene,
+    settings: RenderSettings,
+    with: impl FnOnce(&Renderer<'_>) -> T,
+) -> T {
+    let config = TracerConfig { accel: accel.into(), ..TracerConfig::default() };
+    let tracer = Tracer::new(scene, &config).expect("a tracer");
     let materials = MaterialTable::new(scene);
     let lights = Lights::new(scene, &materials);
     with(&Renderer::new(scene, &tracer, &materials, &lights, settings))

@@ -1,6 +1,7 @@
 //! `vastlight bench NAME`: one JSON line a result.
 
 mod build;
+mod kdtree;
 mod path;
 mod sort;
 mod trace;
@@ -23,6 +24,7 @@ pub(crate) struct Bench {
 enum What {
     Trace(trace::Trace),
     Build(build::Build),
+    Kdtree(kdtree::Kdtree),
     Sort(sort::Sort),
     Path(Box<path::Path>),
 }
@@ -31,6 +33,7 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
     match &arguments.what {
         What::Trace(arguments) => trace::run(arguments, common),
         What::Build(arguments) => build::run(arguments, common),
+        What::Kdtree(arguments) => kdtree::run(arguments, common),
         What::Sort(arguments) => sort::run(arguments),
         What::Path(arguments) => path::run(arguments, common, start),
     }

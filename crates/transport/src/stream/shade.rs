@@ -1,0 +1,136 @@
+//! The fourth kernel for one ray: its local colour, and the rays that it derives.
+
+use super::phong::Phong;
+use super::records::Load;
+use crate::alpha::AlphaFilter;
+use crate::bsdf::Bsdf;
+use crate::medium::transmittance;
+use crate::sample::Sample;
+use crate::vertex::Vertex;
+use crate::wavefront::{CAMERA_DIMENSIONS, Context};
+use vastlight_math::{FAR, Ray, Sampler, Vec3};
+use vastlight_trace::stream::StreamRay;
+use vastlight_trace::{Hit, HitFilter};
+
+/// Rays that carry less are not derived.
+const FAINTEST: f32 = 1.0 / 512.0;
+/// Rays are numbered by their way through the tree of a sample in 32 bits.
+const DEEPEST: u32 = 31;
+/// Shortens shadow rays so that they do not meet the light itself.
+const SHORTENING: f32 = 1e-4;
+
+/// Rays derived at one hit: mirrored, refracted, to a light.
+pub(super) type Derived = [Option<(Ray, Load)>; 3];
+
+/// What the end of a ray adds to its sample at once. Rays that may add more are put into `derived`.
+pub(super) fn shade(
+    context: &Context<'_>,
+    stream: &StreamRay,
+    load: &Load,
+    sampler: &Sampler,
+    sample: &mut Sample,
+    derived: &mut Derived,
+) -> Vec3 {
+    let (ray, hit) = (stream.ray(), stream.hit());
+    if load.depth() > context.settings.max_depth {
+        return Vec3::ZERO;
+    }
+    if !hit.is_hit() {
+        return load.weight * context.lights.environment(ray.direction);
+    }
+    let mut own_material = None;
+    let vertex = Vertex::new(context, &ray, &hit, &mut own_material);
+    if load.depth() == 1 {
+        vertex.describe(context, &Bsdf::new(&vertex.evaluated.params), &ray, &hit, sample);
+    }
+    let mut load = *load;
+    if !vertex.outside && vertex.bounds_volume() {
+        load.weight *= transmittance(vertex.evaluated.attenuation, hit.t);
+    }
+    if load.depth() < context.settings.max_depth.min(DEEPEST) {
+        let conductor = context.scene.materials()[vertex.material as usize].conductor;
+        let phong = Phong::new(vertex.evaluated, conductor);
+        derive(&vertex, &phong, &ray, &load, derived);
+        derived[2] = towards_light(context, &vertex, &phong, &ray, &load, sampler);
+    }
+    load.weight * vertex.emission(context)
+}
+
+/// The mirrored and the refracted ray.
+fn derive(vertex: &Vertex<'_>, phong: &Phong, ray: &Ray, load: &Load, derived: &mut Derived) {
+    let normal = vertex.facing_normal();
+    let parting = phong.part(vertex.wo, normal, vertex.outside);
+    let mirrored = normal * (2.0 * normal.dot(vertex.wo)) - vertex.wo;
+    let side = if vertex.outside { vertex.surface.normal } else { -vertex.surface.normal };
+    let goes_on = |direction: Vec3, weight: Vec3, kind: u32| {
+        let load = load.derived(kind, weight);
+        let origin = vertex.surface.origin_towards(direction);
+        let next = Ray { origin, t_min: 0.0, direction, t_max: FAR, time: ray.time };
+        (load.weight.max_element() >= FAINTEST).then_some((next, load))
+    };
+    if mirrored.dot(side) > 0.0 {
+        derived[0] = goes_on(mirrored, parting.mirrored, 0);
+    }
+    if let Some((direction, weight)) = parting.refracted
+        && direction.dot(side) < 0.0
+    {
+        derived[1] = goes_on(direction, weight, 1);
+    }
+}
+
+/// A shadow ray to a light, with what it adds if nothing is in its way.
+fn towards_light(
+    context: &Context<'_>,
+    vertex: &Vertex<'_>,
+    phong: &Phong,
+    ray: &Ray,
+    load: &Load,
+    sampler: &Sampler,
+) -> Option<(Ray, Load)> {
+    let normal = vertex.facing_normal();
+    // Each ray of the tree has two dimensions of its own.
+    let first = CAMERA_DIMENSIONS.wrapping_add(2 * load.node);
+    let (u_pick, u) = (sampler.at_dimension(first).next_1d(), sampler.at_dimension(first + 1).next_2d());
+    let light = context.lights.sample(vertex.surface.position, normal, u_pick, u)?;
+    let cos = vertex.local_if_consistent(light.wi).map_or(0.0, |_| light.wi.dot(normal));
+    if cos <= 0.0 {
+        return None;
+    }
+    let mirrored = normal * (2.0 * normal.dot(vertex.wo)) - vertex.wo;
+    let local = phong.local(mirrored.dot(light.wi), light.delta);
+    let load = load.shadow(local * light.radiance * (cos / light.pdf));
+    let infinite = light.distance >= FAR;
+    let t_max =
+        if infinite { FAR } else { light.distance * (1.0 - SHORTENING) - 2.0 * vertex.surface.offset };
+    let origin = vertex.surface.origin_towards(light.wi);
+    let shadow = Ray { origin, t_min: 0.0, direction: light.wi, t_max, time: ray.time };
+    (t_max > 0.0 && load.weight.max_element() > 0.0).then_some((shadow, load))
+}
+
+/// Lets rays pass by alpha, and shadow rays through what is clear: light through glass is not bent here.
+pub(super) struct StreamFilter<'a> {
+    pub(super) context: &'a Context<'a>,
+    /// By slot.
+    pub(super) loads: &'a [Load],
+}
+
+impl HitFilter for StreamFilter<'_> {
+    fn accepts(&self, slot: usize, hit: &Hit) -> bool {
+        let Context { scene, veils, .. } = self.context;
+        let load = &self.loads[slot];
+        if load.is_shadow() && self.is_clear(hit) {
+            return false;
+        }
+        let filter = AlphaFilter { context: self.context, keys: std::slice::from_ref(&load.key) };
+        !veils.of(scene, hit).alpha || filter.is_there(0, hit)
+    }
+}
+
+impl StreamFilter<'_> {
+    fn is_clear(&self, hit: &Hit) -> bool {
+        let scene = self.context.scene;
+        let mesh = &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize];
+        let material = &scene.materials()[mesh.material_of(hit.prim) as usize];
+        material.transmission.factor * (1.0 - material.metallic.factor) > 0.5
+    }
+}
