@@ -1,4 +1,4 @@
-//! One command for every chore: `cargo xtask test | lint | soak | gallery | sheet`.
+//! One command for every chore: `cargo xtask test | lint | soak | gallery [NAME] | sheet DIR`.
 
 mod gallery;
 mod process;
@@ -12,7 +12,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   test       everything that must pass: format, lints, documentation, all tests; counts what was skipped and why
   lint       format, lints and documentation alone
   soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at high sample counts
-  gallery    renders the pictures of docs/gallery again
+  gallery [NAME]  renders the pictures of docs/gallery again, or one of them
   sheet DIR  renders a thumbnail of every model below DIR";
 
 fn main() -> ExitCode {

@@ -55,6 +55,17 @@ pub(crate) struct Common {
     pub(crate) quiet: bool,
 }
 
+impl Common {
+    /// How files are opened within the memory budget.
+    pub(crate) fn load_options(&self) -> vastlight::LoadOptions {
+        let mut options = vastlight::LoadOptions::default();
+        let images = &mut options.import.limits.all_images_bytes;
+        let machine = vastlight::default_budget_bytes().unwrap_or(u64::MAX);
+        *images = self.memory.unwrap_or_else(|| machine.min(*images));
+        options
+    }
+}
+
 /// Where to compute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Device {
@@ -117,10 +128,7 @@ pub(crate) struct SceneArguments {
 impl SceneArguments {
     /// How the scene is opened.
     pub(crate) fn options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
-        let mut options = vastlight::LoadOptions::default();
-        let images = &mut options.import.limits.all_images_bytes;
-        let machine = vastlight::default_budget_bytes().unwrap_or(u64::MAX);
-        *images = common.memory.unwrap_or_else(|| machine.min(*images));
+        let mut options = common.load_options();
         options.import.scene.clone_from(&self.file_scene);
         options.generate.triangles = self.triangles;
         options.environment.clone_from(&self.env);

@@ -2,9 +2,6 @@
 
 use crate::ImportError;
 
-/// What to do about images that are too large together.
-pub(crate) const LARGE_IMAGES_HINT: &str = "smaller images, or a larger --memory";
-
 /// Bounds on what an importer accepts. Every count that a file states is compared with these before memory is taken
 /// for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +79,7 @@ impl Limits {
         }
         let limit = self.all_images_bytes;
         let what = format!("the images of the scene take {bytes} bytes, more than the limit of {limit}");
-        Err(ImportError::limit(what, place).with_hint(LARGE_IMAGES_HINT))
+        Err(ImportError::limit(what, place).with_hint("smaller images, or a larger --memory"))
     }
 
     /// Checks a count of `what` against `limit`.

@@ -2,6 +2,8 @@
 
 #![expect(clippy::print_stdout, reason = "a test says what it skips")]
 
+mod common;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -10,13 +12,7 @@ use vastlight_scene::{Diagnostics, Image, Scene, Texels};
 
 /// All files below a folder of the collection in order, or a clear line why the test is skipped.
 fn files(folder: &str) -> Vec<PathBuf> {
-    let named = std::env::var_os("VASTLIGHT_MODELS").map(PathBuf::from);
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models");
-    let root = named.unwrap_or(beside).join(folder);
-    if !root.is_dir() {
-        println!("skipped: no model collection at {}", root.display());
-        return Vec::new();
-    }
+    let Some(root) = common::models(folder) else { return Vec::new() };
     let mut found = Vec::new();
     collect(&root, &mut found);
     found.sort();

@@ -2,21 +2,12 @@
 
 #![expect(clippy::print_stdout, reason = "a test says what it skips")]
 
+mod common;
+
+use common::models;
 use std::path::{Path, PathBuf};
 use vastlight_import::{LoadOptions, load};
 use vastlight_scene::Scene;
-
-/// The collection's folder, or a clear line why the test is skipped.
-fn collection(folder: &str) -> Option<PathBuf> {
-    let named = std::env::var_os("VASTLIGHT_MODELS").map(PathBuf::from);
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models");
-    let path = named.unwrap_or(beside).join(folder);
-    if !path.is_dir() {
-        println!("skipped: no model collection at {}", path.display());
-        return None;
-    }
-    Some(path)
-}
 
 /// All glTF files below a folder, sorted.
 fn gltf_files(folder: &Path) -> Vec<PathBuf> {
@@ -39,7 +30,7 @@ fn gltf_files(folder: &Path) -> Vec<PathBuf> {
 #[test]
 fn every_well_formed_model_loads() {
     for folder in ["gltf", "cad"] {
-        let Some(folder) = collection(folder) else { continue };
+        let Some(folder) = models(folder) else { continue };
         for file in gltf_files(&folder) {
             let desc = load(&file, &LoadOptions::default()).expect("readable");
             let scene = Scene::new(desc).unwrap_or_else(|e| panic!("{}: {e}", file.display()));

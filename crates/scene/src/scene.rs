@@ -319,7 +319,9 @@ mod tests {
         for (environment, hints) in [(None, 1), (Some(dark.clone()), 0)] {
             let desc = SceneDesc { lights: vec![light.clone()], environment, ..one_triangle() };
             let scene = Scene::new(desc).expect("valid");
-            assert_eq!((scene.environment(), scene.diagnostics().items().len()), (&dark, hints));
+            let found = scene.diagnostics().items();
+            assert_eq!((scene.environment(), found.len()), (&dark, hints));
+            assert!(found.iter().all(|f| f.what.contains("surroundings")), "{found:?}");
         }
     }
 

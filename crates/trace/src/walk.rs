@@ -72,13 +72,14 @@ impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> 
             Flight::grounded(simd, h),
         ];
         let (mut first, mut span, mut short) = (0, FIRST_SPAN, false);
-        let mut bundle = Bundle::default();
+        // Its memory is worth its while only where rays do go together.
+        let mut bundle = None;
         let (mut alone, mut alone_until) = (FIRST_ALONE, 0);
         while first < self.rays.len() {
             let try_bundle = self.tracer.bundles && first >= alone_until;
             let count = if try_bundle { bundle::count(&self.rays[first..]) } else { 0 };
             if count > 0 {
-                if self.in_bundle(simd, first..first + count, &mut bundle) {
+                if self.in_bundle(simd, first..first + count, bundle.get_or_insert_default()) {
                     (first, alone) = (first + count, FIRST_ALONE);
                     continue;
                 }

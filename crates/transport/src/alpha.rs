@@ -3,7 +3,7 @@
 //! Blending is stochastic: the hit counts with probability alpha, decided by a hash of the sample and the triangle.
 //! The expected picture is the exact blend in any order of surfaces, and no ray needs to be continued or sorted.
 
-use crate::surface::attributes;
+use crate::surface::{attributes, mesh_of};
 use crate::veil::Veils;
 use crate::wavefront::Context;
 use vastlight_math::rng::hash_to_unit;
@@ -25,8 +25,7 @@ impl AlphaFilter<'_> {
     /// Whether the surface is there, for a material that has alpha.
     pub(crate) fn is_there(&self, ray: usize, hit: &Hit) -> bool {
         let Context { scene, materials, .. } = self.context;
-        let mesh = &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize];
-        let material = mesh.material_of(hit.prim);
+        let material = mesh_of(scene, hit).material_of(hit.prim);
         let alpha = materials.alpha(material, &attributes(scene, hit, materials.uv_sets(material)));
         alpha >= 1.0 || (alpha > 0.0 && hash_to_unit(&[self.keys[ray], hit.instance, hit.prim]) < alpha)
     }

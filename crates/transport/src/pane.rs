@@ -8,7 +8,6 @@
 //! channels, which does not depend on the order in which the tracer finds the panes, nor on how often.
 
 use crate::alpha::AlphaFilter;
-use crate::bsdf::Bsdf;
 use crate::vertex::Vertex;
 use std::sync::atomic::{AtomicU8, Ordering};
 use vastlight_math::rng::hash_to_unit;
@@ -30,9 +29,9 @@ pub(crate) struct ShadowFilter<'a> {
 impl ShadowFilter<'_> {
     /// The channels that the pane at a hit blocks.
     fn blocks(&self, ray: usize, hit: &Hit) -> u8 {
-        let mut own = None;
-        let vertex = Vertex::new(self.alpha.context, &self.rays[ray], hit, &mut own);
-        let bsdf = Bsdf::new(&vertex.evaluated.params);
+        let (mut own_material, mut own_bsdf) = (None, None);
+        let vertex = Vertex::new(self.alpha.context, &self.rays[ray], hit, &mut own_material);
+        let bsdf = vertex.bsdf_alone(&mut own_bsdf);
         let passed = bsdf.straight(vertex.frame.to_local(vertex.wo));
         // Another number than the one that decides about alpha.
         let chance = hash_to_unit(&[!self.alpha.keys[ray], hit.instance, hit.prim]);

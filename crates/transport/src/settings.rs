@@ -95,7 +95,8 @@ pub struct RenderSettings {
     /// How the picture is computed.
     pub integrator: Integrator,
     /// Longest path in segments: 1 is emission seen directly, 2 adds direct light, 3 one bounce more, and so on
-    /// (Mitsuba's convention). 0 gives black. Going straight through a window pane does not count.
+    /// (Mitsuba's convention). 0 gives black. Going straight through a window pane does not count,
+    /// for the first 32 of a path.
     pub max_depth: u32,
     /// Whether long paths that carry little end at random. Unbiased either way; off for comparisons path by path.
     pub russian_roulette: bool,

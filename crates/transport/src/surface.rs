@@ -109,9 +109,15 @@ impl Surface {
     }
 }
 
+/// The mesh that was hit.
+#[inline(always)]
+pub(crate) fn mesh_of<'s>(scene: &'s Scene, hit: &Hit) -> &'s Mesh {
+    &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize]
+}
+
 /// Texture coordinates and colour alone: all that alpha depends on.
 pub(crate) fn attributes(scene: &Scene, hit: &Hit, uv_sets: usize) -> ShadingPoint {
-    let mesh = &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize];
+    let mesh = mesh_of(scene, hit);
     Corners::new(mesh, hit).attributes(mesh, uv_sets)
 }
 

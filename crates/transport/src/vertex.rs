@@ -4,7 +4,7 @@ use crate::bsdf::{Bsdf, Wavelength};
 use crate::material::Evaluated;
 use crate::medium::MediumStack;
 use crate::sample::Sample;
-use crate::surface::Surface;
+use crate::surface::{Surface, mesh_of};
 use crate::wavefront::{Context, PathState, WAVELENGTH_DIMENSION};
 use vastlight_math::{Frame, Ray, Vec3};
 use vastlight_trace::Hit;
@@ -33,8 +33,7 @@ impl<'a> Vertex<'a> {
         hit: &Hit,
         own: &'a mut Option<Evaluated>,
     ) -> Self {
-        let mesh = &context.scene.meshes()[context.scene.instances()[hit.instance as usize].mesh as usize];
-        let material = mesh.material_of(hit.prim);
+        let material = mesh_of(context.scene, hit).material_of(hit.prim);
         let table = context.materials;
         let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context, material));
         let placement = &context.placements[hit.instance as usize];
@@ -86,18 +85,25 @@ impl<'a> Vertex<'a> {
         path: &PathState,
         own: &'b mut Option<Bsdf>,
     ) -> &'b Bsdf {
+        if self.bounds_volume() {
+            own.insert(self.bsdf_in_medium(context, path))
+        } else {
+            self.bsdf_alone(own)
+        }
+    }
+
+    /// The scattering of the surface in empty space, in `own` unless it is known already.
+    #[inline(always)]
+    pub(crate) fn bsdf_alone<'b>(&'b self, own: &'b mut Option<Bsdf>) -> &'b Bsdf {
         match self.prepared {
-            Some(bsdf) if !self.bounds_volume() => bsdf,
-            _ => own.insert(self.bsdf_in_medium(context, path)),
+            Some(bsdf) => bsdf,
+            None => own.insert(Bsdf::new(&self.evaluated.params)),
         }
     }
 
     /// The scattering with the index of refraction relative to the medium around the volume.
     fn bsdf_in_medium(&self, context: &Context<'_>, path: &PathState) -> Bsdf {
         let mut params = self.evaluated.params;
-        if !self.bounds_volume() {
-            return Bsdf::new(&params);
-        }
         if params.dispersion > 0.0 {
             let u = path.sampler.at_dimension(WAVELENGTH_DIMENSION).next_1d();
             Wavelength::new(u, path.dispersed).apply(&mut params);

@@ -6,7 +6,7 @@ use common::{Build, assert_close, look_at, render, shapes, with_renderer_over};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 use vastlight_math::{Affine3, Vec3};
-use vastlight_scene::{AlphaMode, Material, ScalarInput, Scene};
+use vastlight_scene::{AlphaMode, Conductor, Material, ScalarInput, Scene};
 use vastlight_transport::{Integrator, PixelFilter, RenderSettings, Sample};
 
 /// Glass, a mirror, something half there, a lamp.
@@ -109,6 +109,45 @@ fn mirrors_multiply_their_reflectances() {
     assert_eq!(render(&scene, &short, 1).average(), 0.0);
 }
 
+/// Mean radiance of a floor under a lamp at its side, with a slab between the two.
+fn lit_past(slab: Option<Material>) -> f64 {
+    let at = |x: f32, y: f32, z: f32| Affine3::from_translation(Vec3::new(x, y, z));
+    let lamp = Material::emitter("lamp", Vec3::splat(9.0), true);
+    let mut build = Build::in_light(Vec3::ZERO);
+    build.add(shapes::quad(), Material::diffuse("floor", Vec3::splat(0.6)), at(0.0, 0.0, 0.0)).add(
+        shapes::quad(),
+        lamp,
+        at(4.0, 0.0, 3.0),
+    );
+    if let Some(material) = slab {
+        build.add(shapes::cube(), material, at(2.5, 0.0, 1.7));
+    }
+    render(&build.finish(), &whitted(Vec3::new(-1.0, 0.0, 4.0), Vec3::ZERO, 0.1, 8), 4).average()
+}
+
+#[test]
+fn shadow_rays_pass_clear_glass_and_nothing_else() {
+    let free = lit_past(None);
+    assert!(free > 0.0);
+    assert_eq!(lit_past(Some(Material::glass("clear", 1.5, 0.0))), free);
+    let opaque = lit_past(Some(Material::diffuse("wall", Vec3::ONE)));
+    assert!(opaque < 0.5 * free, "{opaque} {free}");
+}
+
+#[test]
+fn measured_metals_mirror_their_own_colour() {
+    let gold = Conductor { eta: Vec3::new(0.14, 0.37, 1.44), k: Vec3::new(3.98, 2.39, 1.60) };
+    let metal = Material { conductor: Some(gold), ..Material::metal("gold", Vec3::ONE, 0.0) };
+    let scene = Build::in_light(Vec3::ONE).add(shapes::quad(), metal, Affine3::IDENTITY).finish();
+    let seen = render(&scene, &whitted(Vec3::Z * 4.0, Vec3::ZERO, 0.01, 2), 1).color();
+    let k2 = gold.k * gold.k;
+    let (minus, plus) = (gold.eta - Vec3::ONE, gold.eta + Vec3::ONE);
+    let expected = (minus * minus + k2) / (plus * plus + k2);
+    for (seen, expected) in seen.into_iter().zip(expected.to_array()) {
+        assert_close(seen, f64::from(expected), 1e-3, "gold");
+    }
+}
+
 /// Diffuse surfaces look as direct light in the path tracer.
 #[test]
 fn diffuse_surfaces_have_the_path_tracers_direct_light() {
@@ -119,9 +158,10 @@ fn diffuse_surfaces_have_the_path_tracers_direct_light() {
         .add(shapes::quad(), Material::emitter("lamp", Vec3::splat(9.0), true), at(0.0, 0.0, 4.0))
         .finish();
     let settings = whitted(Vec3::new(3.0, 2.0, 6.0), Vec3::ZERO, 0.5, 24);
-    let stream = render(&scene, &settings, 64);
-    let path = render(&scene, &RenderSettings { integrator: Integrator::Direct, ..settings }, 64);
+    let stream = render(&scene, &settings, 256);
+    let path = render(&scene, &RenderSettings { integrator: Integrator::Direct, ..settings }, 256);
     let error = (stream.standard_error().powi(2) + path.standard_error().powi(2)).sqrt();
     let (a, b) = (stream.average(), path.average());
-    assert!((a - b).abs() < 4.0 * error && error < 0.05 * b, "{a} {b} +- {error}");
+    assert!((a - b).abs() < 4.0 * error && error < 0.01 * b, "{a} {b} +- {error}");
+    assert!((1.1 * a - b).abs() > 4.0 * error, "control: 10 % more is seen");
 }

@@ -1,10 +1,11 @@
 //! `vastlight validate FILE`: every problem with its place and a hint.
 
+use crate::arguments::Common;
 use crate::exit::Exit;
 use crate::findings::one_line;
 use clap::Args;
 use vastlight::scene::{Diagnostic, Scene, Severity};
-use vastlight::{Error, LoadOptions, describe};
+use vastlight::{Error, describe};
 
 /// Check a scene file: prints every problem with its place and a hint; exit code 3 if there is an error
 #[derive(Args, Debug)]
@@ -13,8 +14,8 @@ pub(crate) struct Validate {
     file: String,
 }
 
-pub(crate) fn run(arguments: &Validate) -> Result<Exit, Error> {
-    let desc = describe(&arguments.file, &LoadOptions::default())?;
+pub(crate) fn run(arguments: &Validate, common: &Common) -> Result<Exit, Error> {
+    let desc = describe(&arguments.file, &common.load_options())?;
     let imported = desc.diagnostics.items().to_vec();
     match Scene::new(desc) {
         Ok(scene) => Ok(report(&arguments.file, scene.diagnostics().items())),

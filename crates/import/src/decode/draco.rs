@@ -48,8 +48,9 @@ pub fn draco(bytes: &[u8], limits: &Limits, place: &str) -> Result<DracoMesh, Im
 }
 
 fn decode(bytes: &[u8], limits: &Limits, place: &str) -> Result<DracoMesh, ImportError> {
+    let most_vertices = limits.vertices.min(u64::from(u32::MAX));
     let ceilings = DecodeLimits::default()
-        .with_max_points(limits.vertices.min(u64::from(u32::MAX)))
+        .with_max_points(most_vertices)
         .with_max_faces(limits.triangles.min(u64::from(u32::MAX)))
         .with_max_decoded_bytes(limits.decoded_bytes);
     let mut buffer = DecoderBuffer::new(bytes).with_limits(ceilings);
@@ -57,12 +58,7 @@ fn decode(bytes: &[u8], limits: &Limits, place: &str) -> Result<DracoMesh, Impor
     let outcome = MeshDecoder::new().decode(&mut buffer, &mut mesh);
     outcome.map_err(|e| ImportError::malformed(format!("Draco: {e}"), place))?;
     // The crate's ceilings are coarse for sequential streams.
-    limits.check_count(
-        mesh.num_points() as u64,
-        limits.vertices.min(u64::from(u32::MAX)),
-        "vertices",
-        place,
-    )?;
+    limits.check_count(mesh.num_points() as u64, most_vertices, "vertices", place)?;
     let vertices = mesh.num_points() as u32;
     let triangles: Vec<[u32; 3]> = mesh.faces().iter().map(|face| face.map(|point| point.0)).collect();
     if triangles.iter().flatten().any(|&i| i >= vertices) {

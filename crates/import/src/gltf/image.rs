@@ -5,7 +5,6 @@ use super::buffers::{read_file, shorten};
 use super::findings::Findings;
 use super::json::Json;
 use super::uri::{self, Uri};
-use crate::limits::LARGE_IMAGES_HINT;
 use crate::{ErrorKind, Limits};
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -26,7 +25,7 @@ pub(super) fn load_all(
     let sizes = list.par_iter().enumerate().map(|(i, json)| source.decoded_bytes(json, i));
     let total = sizes.reduce(|| 0, u64::saturating_add);
     if let Err(error) = limits.check_all_images(total, "/images") {
-        findings.error("IMAGES_TOO_LARGE", error.what, &error.place, LARGE_IMAGES_HINT);
+        findings.error("IMAGES_TOO_LARGE", error.what, &error.place, &error.hint);
         return list.iter().enumerate().map(|(i, json)| placeholder(json, i)).collect();
     }
     let decoded: Vec<(Image, Findings)> = list

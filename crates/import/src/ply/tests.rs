@@ -130,6 +130,8 @@ fn errors_say_what_and_where() {
     let wrong_index = message(&ASCII.replace("3 1 4 2", "3 1 5 2"));
     assert_eq!(wrong_index, "test.ply:31: face 1: vertex 5 does not exist, there are 5");
     assert!(message(&ASCII.replace("0.5 2", "0.5x 2")).starts_with("test.ply:28: this is not a number"));
+    let cut = message(&ASCII[..ASCII.len() - 8]);
+    assert!(cut.contains("the file ends within the element \"face\""), "{cut}");
     assert!(message("plx\n").contains("test.ply:1"));
     assert!(message(&ASCII.replace("ascii", "morse")).contains("unknown format \"morse\""));
     assert!(message(&ASCII.replace("property double y\n", "")).contains("no x, y and z"));

@@ -7,7 +7,7 @@
 
 mod space;
 
-use crate::reach::{Reach, meet};
+use crate::reach::meet;
 use crate::walk::Answers;
 use crate::{Hit, HitFilter, Tracer};
 use space::{NOWHERE, Place, Space};
@@ -60,6 +60,11 @@ struct Entry {
 
 impl Entry {
     const ROOT: u32 = u32::MAX;
+
+    /// The root of a tree, which stands in no slot.
+    fn root(child: ChildRef) -> Self {
+        Self { near: 0.0, child, node: Self::ROOT, slot: 0 }
+    }
 
     /// The box of the child, `root` that of the tree.
     #[inline(always)]
@@ -144,11 +149,28 @@ impl Bundle {
         true
     }
 
-    /// Makes tests; false if none are left.
+    /// The next leaf above `floor` among those that wait, of the top level or of a mesh; none either if the bundle gives
+    /// up.
     #[inline(always)]
-    fn spend(&mut self, tests: usize) -> bool {
-        self.tests = self.tests.saturating_sub(tests);
-        self.tests > 0
+    fn next_leaf<S: Simd8, const TOP: bool>(
+        &mut self,
+        simd: S,
+        nodes: &[Node8],
+        floor: usize,
+    ) -> Option<Entry> {
+        let space = if TOP { &self.world } else { &self.mesh };
+        while self.waiting.len() > floor && self.tests > 0 {
+            let entry = self.waiting.pop()?;
+            if entry.near > space.last {
+                continue;
+            }
+            self.tests -= 1;
+            if entry.child.is_leaf() {
+                return Some(entry);
+            }
+            descend(simd, space, nodes, entry.child, &mut self.waiting);
+        }
+        None
     }
 
     /// Walks among instances.
@@ -163,18 +185,8 @@ impl Bundle {
         let tracer = job.tracer;
         let place = Place { placed: None, extent: tracer.extent, margin_factor: tracer.margin_factor };
         self.world.load(simd, &place, job.rays, chosen, &self.reach);
-        self.waiting.push(Entry { near: 0.0, child: root, node: Entry::ROOT, slot: 0 });
-        while let Some(entry) = self.waiting.pop() {
-            if entry.near > self.world.last {
-                continue;
-            }
-            if !self.spend(1) {
-                break;
-            }
-            if !entry.child.is_leaf() {
-                descend(simd, &self.world, &tracer.top.nodes, entry.child, &mut self.waiting);
-                continue;
-            }
+        self.waiting.push(Entry::root(root));
+        while let Some(entry) = self.next_leaf::<S, true>(simd, &tracer.top.nodes, 0) {
             let lanes = self.world.meeting(simd, &entry.bounds(&tracer.top.nodes, &Aabb::EMPTY));
             let rays = self.rays_of(lanes);
             if rays != 0 && self.cross_instance(simd, job, entry.child.index(), rays) {
@@ -211,20 +223,9 @@ impl Bundle {
         self.ready = 0;
         let floor = self.waiting.len();
         let mut found_any = false;
-        self.waiting.push(Entry { near: 0.0, child: root, node: Entry::ROOT, slot: 0 });
-        while self.waiting.len() > floor {
-            let Some(entry) = self.waiting.pop() else { break };
-            if entry.near > self.mesh.last {
-                continue;
-            }
-            if !self.spend(1) {
-                break;
-            }
-            if !entry.child.is_leaf() {
-                descend(simd, &self.mesh, &mesh.nodes, entry.child, &mut self.waiting);
-                continue;
-            }
-            self.spend(self.mesh.groups() / 2);
+        self.waiting.push(Entry::root(root));
+        while let Some(entry) = self.next_leaf::<S, false>(simd, &mesh.nodes, floor) {
+            self.tests = self.tests.saturating_sub(self.mesh.groups() / 2);
             let met = self.mesh.meeting(simd, &entry.bounds(&mesh.nodes, &mesh.bounds));
             if met != 0 && self.test_block(simd, job, mesh, (entry.child.index(), instance as u32), met) {
                 found_any = true;
@@ -253,8 +254,7 @@ impl Bundle {
                 self.triangles[lane] = self.mesh.triangle_ray(lane, mesh.extent);
                 self.ready |= 1 << lane;
             }
-            let [t_min, t_max, t_scale] = self.mesh.reach(lane);
-            let mut reach = Reach { t_min, t_max, t_scale };
+            let mut reach = self.mesh.reach(lane);
             let i = self.mesh.member(lane);
             let ray = (&self.triangles[lane], job.first + i);
             if meet(simd, (block, instance), ray, job.filter, &mut reach, &mut self.best[i]) {
@@ -272,7 +272,7 @@ impl Bundle {
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % RAYS;
             lanes &= lanes - 1;
-            let [_, _, t_scale] = self.world.reach(lane);
+            let t_scale = self.world.reach(lane).t_scale;
             self.world.shorten(lane, self.reach[self.world.member(lane)] / t_scale);
         }
         self.world.shortened(simd);

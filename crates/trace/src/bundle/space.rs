@@ -2,6 +2,7 @@
 
 use super::{GROUPS, RAYS};
 use crate::instance::Placed;
+use crate::reach::Reach;
 use vastlight_accel::ray::{EightRays, ScaledRay, TriangleRay};
 use vastlight_accel::wide::Node8;
 use vastlight_math::{Aabb, Ray, Vec3};
@@ -254,11 +255,12 @@ impl Space {
         self.members[lane % RAYS] as usize % RAYS
     }
 
-    /// `t_min`, `t_max` and `t_scale` of the ray in a lane.
+    /// How far the ray in a lane reaches.
     #[inline(always)]
-    pub(super) fn reach(&self, lane: usize) -> [f32; 3] {
+    pub(super) fn reach(&self, lane: usize) -> Reach {
         let (group, lane) = (lane / 8 % GROUPS, lane % 8);
-        [self.t_min[group][lane], self.t_max[group][lane], self.t_scale[group][lane]]
+        let figure = |lanes: &Lanes| lanes[group][lane];
+        Reach { t_min: figure(&self.t_min), t_max: figure(&self.t_max), t_scale: figure(&self.t_scale) }
     }
 
     /// The ray in a lane, prepared for triangles.

@@ -8,7 +8,7 @@ mod albedo;
 mod coat;
 mod cosine;
 mod dispersion;
-mod fresnel;
+pub(crate) mod fresnel;
 mod ggx;
 mod interface;
 mod iridescence;

@@ -10,7 +10,7 @@ use vastlight_scene::Conductor;
 pub struct Metal {
     index: Conductor,
     /// Reflectance at normal incidence.
-    normal: Vec3,
+    pub(crate) normal: Vec3,
     /// Cosine-weighted mean over the hemisphere.
     average: Vec3,
 }

@@ -5,10 +5,10 @@
 //! plausible"). What smooth surfaces reflect is mirrored, what rough ones reflect is highlight; between, roughness
 //! decides about the shares. Fresnel's equations are C. Schlick's (1994) approximation.
 
+use crate::bsdf::fresnel::{dielectric_f0, schlick_weight};
 use crate::material::Evaluated;
 use std::f32::consts::{FRAC_1_PI, PI};
 use vastlight_math::{Vec3, real};
-use vastlight_scene::Conductor;
 
 /// Surfaces with this roughness mirror nothing.
 const NO_MIRROR: f32 = 0.4;
@@ -36,14 +36,13 @@ pub(super) struct Parting {
 }
 
 impl Phong {
-    pub(super) fn new(evaluated: &Evaluated, conductor: Option<Conductor>) -> Self {
+    pub(super) fn new(evaluated: &Evaluated) -> Self {
         let p = &evaluated.params;
         if evaluated.unlit {
             return Self::black();
         }
-        let f = (p.ior - 1.0) / (p.ior + 1.0);
-        let dielectric = (p.specular_color * (f * f * p.specular)).min(Vec3::ONE);
-        let metal = conductor.map_or(p.base_color, |c| normal_reflectance(&c));
+        let dielectric = (p.specular_color * (dielectric_f0(p.ior) * p.specular)).min(Vec3::ONE);
+        let metal = p.conductor.map_or(p.base_color, |metal| metal.normal);
         let alpha = (p.roughness * p.roughness).clamp(0.02, 1.0);
         let smooth = (1.0 - p.roughness / NO_MIRROR).max(0.0);
         let opaque = (1.0 - p.metallic) * (1.0 - p.transmission);
@@ -93,19 +92,10 @@ impl Phong {
     }
 
     fn schlick(&self, cos: f32) -> Vec3 {
-        let x = 1.0 - cos;
-        let x5 = x * x * x * x * x;
         // Reflectances of nothing stay nothing.
-        let grazing = if self.specular == Vec3::ZERO { 0.0 } else { x5 };
+        let grazing = if self.specular == Vec3::ZERO { 0.0 } else { schlick_weight(cos) };
         self.specular + (Vec3::ONE - self.specular) * grazing
     }
-}
-
-/// Reflectance of a measured metal at normal incidence.
-fn normal_reflectance(c: &Conductor) -> Vec3 {
-    let k2 = c.k * c.k;
-    let (minus, plus) = (c.eta - Vec3::ONE, c.eta + Vec3::ONE);
-    (minus * minus + k2) / (plus * plus + k2)
 }
 
 #[cfg(test)]
@@ -118,7 +108,7 @@ mod tests {
     fn phong(material: Material) -> Phong {
         let scene =
             Scene::new(SceneDesc { materials: vec![material], ..SceneDesc::default() }).expect("valid");
-        Phong::new(&MaterialTable::new(&scene).evaluate(0, &ShadingPoint::default()), None)
+        Phong::new(&MaterialTable::new(&scene).evaluate(0, &ShadingPoint::default()))
     }
 
     #[test]

@@ -3,8 +3,7 @@
 use vastlight_math::Vec3;
 
 /// What a ray carries; 24 bytes.
-#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Load {
     /// The product of the reflectances on the way; for a shadow ray what it adds to the sample if nothing is in its
     /// way.

@@ -3,9 +3,9 @@
 use super::phong::Phong;
 use super::records::Load;
 use crate::alpha::AlphaFilter;
-use crate::bsdf::Bsdf;
 use crate::medium::transmittance;
 use crate::sample::Sample;
+use crate::surface::mesh_of;
 use crate::vertex::Vertex;
 use crate::wavefront::{CAMERA_DIMENSIONS, Context};
 use vastlight_math::{FAR, Ray, Sampler, Vec3};
@@ -41,26 +41,25 @@ pub(super) fn shade(
     let mut own_material = None;
     let vertex = Vertex::new(context, &ray, &hit, &mut own_material);
     if load.depth() == 1 {
-        vertex.describe(context, &Bsdf::new(&vertex.evaluated.params), &ray, &hit, sample);
+        vertex.describe(context, vertex.bsdf_alone(&mut None), &ray, &hit, sample);
     }
     let mut load = *load;
     if !vertex.outside && vertex.bounds_volume() {
         load.weight *= transmittance(vertex.evaluated.attenuation, hit.t);
     }
     if load.depth() < context.settings.max_depth.min(DEEPEST) {
-        let conductor = context.scene.materials()[vertex.material as usize].conductor;
-        let phong = Phong::new(vertex.evaluated, conductor);
-        derive(&vertex, &phong, &ray, &load, derived);
-        derived[2] = towards_light(context, &vertex, &phong, &ray, &load, sampler);
+        let phong = Phong::new(vertex.evaluated);
+        let normal = vertex.facing_normal();
+        let mirrored = normal * (2.0 * normal.dot(vertex.wo)) - vertex.wo;
+        derive(&vertex, &phong, &ray, mirrored, &load, derived);
+        derived[2] = towards_light(context, &vertex, &phong, (&ray, mirrored), &load, sampler);
     }
     load.weight * vertex.emission(context)
 }
 
 /// The mirrored and the refracted ray.
-fn derive(vertex: &Vertex<'_>, phong: &Phong, ray: &Ray, load: &Load, derived: &mut Derived) {
-    let normal = vertex.facing_normal();
-    let parting = phong.part(vertex.wo, normal, vertex.outside);
-    let mirrored = normal * (2.0 * normal.dot(vertex.wo)) - vertex.wo;
+fn derive(vertex: &Vertex<'_>, phong: &Phong, ray: &Ray, mirrored: Vec3, load: &Load, derived: &mut Derived) {
+    let parting = phong.part(vertex.wo, vertex.facing_normal(), vertex.outside);
     let side = if vertex.outside { vertex.surface.normal } else { -vertex.surface.normal };
     let goes_on = |direction: Vec3, weight: Vec3, kind: u32| {
         let load = load.derived(kind, weight);
@@ -83,7 +82,7 @@ fn towards_light(
     context: &Context<'_>,
     vertex: &Vertex<'_>,
     phong: &Phong,
-    ray: &Ray,
+    (ray, mirrored): (&Ray, Vec3),
     load: &Load,
     sampler: &Sampler,
 ) -> Option<(Ray, Load)> {
@@ -96,7 +95,6 @@ fn towards_light(
     if cos <= 0.0 {
         return None;
     }
-    let mirrored = normal * (2.0 * normal.dot(vertex.wo)) - vertex.wo;
     let local = phong.local(mirrored.dot(light.wi), light.delta);
     let load = load.shadow(local * light.radiance * (cos / light.pdf));
     let infinite = light.distance >= FAR;
@@ -116,21 +114,19 @@ pub(super) struct StreamFilter<'a> {
 
 impl HitFilter for StreamFilter<'_> {
     fn accepts(&self, slot: usize, hit: &Hit) -> bool {
-        let Context { scene, veils, .. } = self.context;
         let load = &self.loads[slot];
         if load.is_shadow() && self.is_clear(hit) {
             return false;
         }
         let filter = AlphaFilter { context: self.context, keys: std::slice::from_ref(&load.key) };
-        !veils.of(scene, hit).alpha || filter.is_there(0, hit)
+        filter.accepts(0, hit)
     }
 }
 
 impl StreamFilter<'_> {
     fn is_clear(&self, hit: &Hit) -> bool {
         let scene = self.context.scene;
-        let mesh = &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize];
-        let material = &scene.materials()[mesh.material_of(hit.prim) as usize];
+        let material = &scene.materials()[mesh_of(scene, hit).material_of(hit.prim) as usize];
         material.transmission.factor * (1.0 - material.metallic.factor) > 0.5
     }
 }

@@ -1,7 +1,8 @@
 //! Reading ahead: triangles that will be shaded soon are asked of the caches in two steps, indices and then corners, so
 //! that shading does not wait for memory.
 
-use vastlight_scene::{Mesh, Scene};
+use crate::surface::mesh_of;
+use vastlight_scene::Scene;
 use vastlight_simd::Simd8;
 use vastlight_trace::Hit;
 
@@ -23,9 +24,4 @@ pub(super) fn fetch_ahead<L: Simd8>(level: L, scene: &Scene, hits: &[Hit], i: us
             }
         }
     }
-}
-
-#[inline(always)]
-fn mesh_of<'s>(scene: &'s Scene, hit: &Hit) -> &'s Mesh {
-    &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize]
 }

@@ -1,11 +1,11 @@
 //! `vastlight bench build SCENE`.
 
-use super::build_error;
+use super::{Structure, build_error};
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
 use clap::Args;
 use serde_json::json;
-use vastlight::trace::{TracerConfig, bench};
+use vastlight::trace::bench;
 use vastlight::{Error, peak_rss_bytes};
 
 /// Build the acceleration structure of a scene
@@ -13,15 +13,8 @@ use vastlight::{Error, peak_rss_bytes};
 pub(crate) struct Build {
     #[command(flatten)]
     scene: SceneArguments,
-    /// Acceleration structure by name
-    #[arg(long, value_name = "NAME", default_value = "")]
-    accel: String,
-    /// Most references to triangles, as a multiple of the triangles [default: chosen by the builder]
-    #[arg(long, value_name = "FACTOR")]
-    split_budget: Option<f32>,
-    /// Rounds of reinsertion after the build: slower to build, faster to trace
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    optimize: u32,
+    #[command(flatten)]
+    structure: Structure,
     /// Times it is built; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
@@ -29,19 +22,14 @@ pub(crate) struct Build {
 
 pub(crate) fn run(arguments: &Build, common: &Common) -> Result<Exit, Error> {
     let scene = arguments.scene.load(common)?;
-    let config = TracerConfig {
-        accel: arguments.accel.clone(),
-        split_budget: arguments.split_budget,
-        optimize: arguments.optimize,
-        ..TracerConfig::default()
-    };
+    let config = arguments.structure.config();
     let figures = bench::build(&scene, &config, arguments.repeat).map_err(|e| build_error(&e))?;
     let stages: serde_json::Map<_, _> =
         figures.stages.iter().map(|(name, ms)| ((*name).to_owned(), json!(ms))).collect();
     let line = json!({
         "bench": "build",
         "accel": figures.accel,
-        "optimize": arguments.optimize,
+        "optimize": arguments.structure.optimize,
         "threads": rayon::current_num_threads(),
         "triangles": figures.triangles,
         "references": figures.references,

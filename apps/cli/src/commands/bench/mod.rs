@@ -10,7 +10,7 @@ use crate::arguments::Common;
 use crate::exit::Exit;
 use clap::{Args, Subcommand};
 use std::time::Instant;
-use vastlight::trace::TraceError;
+use vastlight::trace::{TraceError, TracerConfig};
 use vastlight::{Error, ErrorClass};
 
 /// Measure, and print one JSON line a result
@@ -36,6 +36,31 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
         What::Kdtree(arguments) => kdtree::run(arguments, common),
         What::Sort(arguments) => sort::run(arguments),
         What::Path(arguments) => path::run(arguments, common, start),
+    }
+}
+
+/// Which acceleration structure.
+#[derive(Args, Debug)]
+struct Structure {
+    /// Acceleration structure by name
+    #[arg(long, value_name = "NAME", default_value = "")]
+    accel: String,
+    /// Most references to triangles, as a multiple of the triangles [default: chosen by the builder]
+    #[arg(long, value_name = "FACTOR")]
+    split_budget: Option<f32>,
+    /// Rounds of reinsertion after the build: slower to build, faster to trace
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    optimize: u32,
+}
+
+impl Structure {
+    fn config(&self) -> TracerConfig {
+        TracerConfig {
+            accel: self.accel.clone(),
+            split_budget: self.split_budget,
+            optimize: self.optimize,
+            ..TracerConfig::default()
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! `vastlight bench trace SCENE --rays FILE`.
 
-use super::build_error;
+use super::{Structure, build_error};
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
 use clap::{Args, ValueEnum};
@@ -21,18 +21,11 @@ pub(crate) struct Trace {
     /// Ask whether anything is hit, not what
     #[arg(long)]
     occluded: bool,
-    /// Acceleration structure by name
-    #[arg(long, value_name = "NAME", default_value = "")]
-    accel: String,
-    /// Most references to triangles, as a multiple of the triangles [default: chosen by the builder]
-    #[arg(long, value_name = "FACTOR")]
-    split_budget: Option<f32>,
+    #[command(flatten)]
+    structure: Structure,
     /// Whether rays that go the same way share their walk
     #[arg(long, value_name = "on|off", default_value = "on")]
     batch: Batch,
-    /// Rounds of reinsertion after the build: slower to build, faster to trace
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    optimize: u32,
     /// Times the rays are traced; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
@@ -47,19 +40,13 @@ enum Batch {
 pub(crate) fn run(arguments: &Trace, common: &Common) -> Result<Exit, Error> {
     let rays = read_rays(&arguments.rays)?;
     let scene = arguments.scene.load(common)?;
-    let config = TracerConfig {
-        accel: arguments.accel.clone(),
-        split_budget: arguments.split_budget,
-        single_rays: arguments.batch == Batch::Off,
-        optimize: arguments.optimize,
-        ..TracerConfig::default()
-    };
+    let config = TracerConfig { single_rays: arguments.batch == Batch::Off, ..arguments.structure.config() };
     let tracer = Tracer::new(&scene, &config).map_err(|e| build_error(&e))?;
     let figures = bench::trace(&tracer, &rays, arguments.occluded, arguments.repeat);
     let line = json!({
         "bench": "trace",
         "accel": figures.accel,
-        "optimize": arguments.optimize,
+        "optimize": arguments.structure.optimize,
         "occluded": arguments.occluded,
         "batch": arguments.batch == Batch::On,
         "simd": figures.level,

@@ -1,5 +1,8 @@
 //! The Khronos validator's own cases: our errors against its reports.
 
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+
 use crate::LoadOptions;
 use crate::gltf::findings::{Finding, Findings};
 use crate::gltf::json::{self, Json};
@@ -8,12 +11,7 @@ use std::path::{Path, PathBuf};
 use vastlight_scene::Severity;
 
 fn cases() -> Option<Vec<PathBuf>> {
-    let named = std::env::var_os("VASTLIGHT_MODELS").map(PathBuf::from);
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/models");
-    let folder = named.unwrap_or(beside).join("malformed/gltf-validator");
-    if !folder.is_dir() {
-        return None;
-    }
+    let folder = common::models("malformed/gltf-validator")?;
     let mut cases = Vec::new();
     for topic in std::fs::read_dir(folder).expect("readable").flatten().filter(|e| e.path().is_dir()) {
         let files = std::fs::read_dir(topic.path()).expect("readable").flatten().map(|e| e.path());
