@@ -2,7 +2,6 @@
 //!
 //! `C(leaf)` = primitives in it, `C(N) = 2 + C(left) SA(left)/SA(N) + C(right) SA(right)/SA(N)`.
 
-use crate::memory::Pages;
 use crate::upward::{Upward, upward};
 use crate::{BinaryTree, Node};
 use vastlight_simd::Level;
@@ -34,21 +33,27 @@ pub fn quality(tree: &BinaryTree) -> Quality {
 /// Measures a tree whose primitives have costs of their own, such as instances of other trees.
 #[must_use]
 pub fn quality_with(tree: &BinaryTree, prim_cost: impl Fn(u32) -> f64 + Sync) -> Quality {
-    let mut figures = Pages::zeroed(tree.nodes.len());
-    upward(&Measure { prims: &tree.prims, prim_cost }, &tree.nodes, &mut figures, Level::PORTABLE);
-    let root = figures.first().copied().unwrap_or_default();
+    quality_of(&tree.nodes, |node| {
+        let run = node.first as usize..(node.first + node.count) as usize;
+        tree.prims[run].iter().map(|&prim| prim_cost(prim)).sum()
+    })
+}
+
+/// Measures a tree of nodes whose leaves have the costs `leaf_cost`.
+pub(crate) fn quality_of(nodes: &[Node], leaf_cost: impl Fn(&Node) -> f64 + Sync) -> Quality {
+    let kept = &mut vec![(); nodes.len()];
+    let root = upward(&Measure { leaf_cost }, nodes, kept, Level::PORTABLE).unwrap_or_default();
     Quality {
         cost: root.cost,
-        nodes: tree.nodes.len(),
+        nodes: nodes.len(),
         leaves: root.leaves as usize,
-        references: tree.prims.len(),
+        references: nodes.first().map_or(0, |root| root.count as usize),
         depth: root.depth as usize,
     }
 }
 
 /// Figures about a subtree.
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Figures {
     cost: f64,
     leaves: u32,
@@ -56,23 +61,21 @@ struct Figures {
 }
 
 /// How the figures follow.
-struct Measure<'a, F> {
-    prims: &'a [u32],
-    prim_cost: F,
+struct Measure<F> {
+    leaf_cost: F,
 }
 
-impl<F: Fn(u32) -> f64 + Sync> Upward for Measure<'_, F> {
+impl<F: Fn(&Node) -> f64 + Sync> Upward for Measure<F> {
+    type Kept = ();
     type Value = Figures;
 
     #[inline(always)]
-    fn leaf(&self, node: &Node) -> Figures {
-        let run = node.first as usize..(node.first + node.count) as usize;
-        let cost = self.prims[run].iter().map(|&prim| (self.prim_cost)(prim)).sum();
-        Figures { cost, leaves: 1, depth: 1 }
+    fn leaf(&self, node: &Node, (): &mut ()) -> Figures {
+        Figures { cost: (self.leaf_cost)(node), leaves: 1, depth: 1 }
     }
 
     #[inline(always)]
-    fn inner(&self, node: &Node, children: [&Node; 2], values: [&Figures; 2]) -> Figures {
+    fn inner(&self, node: &Node, children: [&Node; 2], values: [&Figures; 2], (): &mut ()) -> Figures {
         let area = f64::from(node.bounds.half_area());
         let mut cost = STEP;
         for (child, value) in children.into_iter().zip(values) {

@@ -179,3 +179,46 @@ fn scratch_of_another_build_changes_nothing() {
         assert_eq!((reused.nodes, reused.prims), (fresh.nodes, fresh.prims), "{input}");
     }
 }
+
+/// Small triangles on a wavy sheet, whose builders by codes need no references.
+fn sheet(side: usize) -> Soup {
+    let corner = |i: usize, j: usize| {
+        let (x, z) = (i as f32 / side as f32, j as f32 / side as f32);
+        Vec3::new(x, 0.05 * (7.0 * x).sin() * (5.0 * z).cos(), z)
+    };
+    let cell = |k: usize| {
+        let (i, j) = (k / side, k % side);
+        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i, j + 1), corner(i + 1, j + 1)];
+        [[a, b, c], [b, d, c]]
+    };
+    Soup::new(&(0..side * side).flat_map(cell).collect::<Vec<_>>())
+}
+
+#[test]
+fn trees_without_references_are_sound_and_the_same_for_any_threads_and_level() {
+    let mut soup = sheet(200);
+    for name in ["morton", "hlbvh2", "hlbvh2-binned"] {
+        let mut found = Vec::new();
+        for threads in [1, 3] {
+            let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            for level in Level::available() {
+                let config = BuildConfig { level, ..BuildConfig::default() };
+                let mut scratch = Scratch::default();
+                let build = || MeshBvh::build(name, &soup.view(), &config, &mut scratch).expect("built");
+                let (bvh, report) = pool.install(build);
+                assert!(report.stages.iter().any(|stage| stage.0 == "leaves"), "{name}: {:?}", report.stages);
+                assert_eq!(report.quality.references, soup.triangles.len());
+                bvh.validate(&soup.view()).unwrap_or_else(|violation| panic!("{name}: {violation}"));
+                found.push((bvh.nodes.to_vec(), bvh.blocks.to_vec()));
+            }
+        }
+        assert!(found.windows(2).all(|pair| pair[0] == pair[1]), "{name}");
+        assert!(found[0].1.len() * 5 < soup.triangles.len(), "{name}: {} blocks", found[0].1.len());
+        // A vertex far away, which no triangle uses, changes little.
+        soup.positions.push(Vec3::splat(1e5));
+        let far = soup.build(name);
+        soup.positions.pop();
+        far.validate(&soup.view()).unwrap_or_else(|violation| panic!("{name}: {violation}"));
+        assert!(far.blocks.len() < found[0].1.len() * 11 / 10, "{name}: {} blocks", far.blocks.len());
+    }
+}

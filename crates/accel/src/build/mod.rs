@@ -2,6 +2,7 @@
 
 mod binned;
 mod clip;
+mod codes;
 mod grid;
 mod hlbvh2;
 mod morton;
@@ -12,12 +13,17 @@ mod reinsert;
 mod sbvh;
 mod top_down;
 
-use crate::sort::{Pair, make_room};
+use crate::memory::Pages;
+use crate::sort::Pair;
 use crate::{BinaryTree, Node, Reference, kdtree};
 use vastlight_simd::{Level, Simd8};
 
 pub use binned::Binned;
 pub use clip::{Clip, clip_triangle};
+pub(crate) use codes::{Boxes, CODE_BITS, codes};
+pub(crate) use hlbvh2::MortonTree;
+pub(crate) use morton::Leaves;
+pub(crate) use presplit::PORTIONS;
 pub use presplit::presplit;
 
 /// Names that [`build`] knows; the first is the default.
@@ -75,13 +81,15 @@ pub struct Scratch {
     /// Room for a caller's references.
     pub references: Vec<Reference>,
     other: Vec<Reference>,
-    pairs: [Vec<Pair>; 2],
+    pairs: [Pages<Pair>; 2],
 }
 
 impl Scratch {
     /// Room for sorting `len` pairs, which hold anything.
-    fn pairs(&mut self, len: usize) -> (&mut [Pair], &mut [Pair]) {
-        self.pairs.iter_mut().for_each(|room| make_room(room, len));
+    pub(crate) fn pairs(&mut self, len: usize) -> (&mut [Pair], &mut [Pair]) {
+        for room in self.pairs.iter_mut().filter(|room| room.len() < len) {
+            *room = Pages::zeroed(len);
+        }
         let [pairs, spare] = &mut self.pairs;
         (&mut pairs[..len], &mut spare[..len])
     }
@@ -114,10 +122,10 @@ pub fn build(
         presplit(references, clip, most, keep);
     }
     let tree = match name {
+        _ if let Some(kind) = MortonTree::of_builder(name) => {
+            hlbvh2::build(references, kind, config, scratch)
+        }
         "grid-sah" => grid::build(references, config, scratch),
-        "hlbvh2" => hlbvh2::build(references, hlbvh2::Top::Grid, config, scratch),
-        "hlbvh2-binned" => hlbvh2::build(references, hlbvh2::Top::Binned, config, scratch),
-        "morton" => morton::build(references, config, scratch),
         "ploc" => ploc::build(references, config, scratch),
         "sbvh" => sbvh::build(references, clip, most_spatial, config),
         _ => top_down::build(&Binned::new(config), references, config, scratch),

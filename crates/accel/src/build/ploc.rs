@@ -8,7 +8,7 @@
 //! Deviations: of equally small boxes that of the clusters whose places differ in the lowest bit wins, so that equal
 //! primitives pair off at once; a round in which too few found each other pairs neighbours, so that rounds stay few.
 
-use super::morton::sorted_codes;
+use super::codes::sorted_codes;
 use super::{BuildConfig, Scratch};
 use crate::reference::unpack;
 use crate::sort::{parts, payload};

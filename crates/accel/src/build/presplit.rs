@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use vastlight_math::Aabb;
 
 /// Parts need not be shorter than the scene over this.
-const PORTIONS: f32 = 128.0;
+pub(crate) const PORTIONS: f32 = 128.0;
 const PASSES: usize = 2;
 /// References that one thread works on at a time.
 const CHUNK: usize = 1 << 13;

@@ -44,11 +44,3 @@ pub(crate) fn parts<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>
     }
     parts
 }
-
-/// Makes room for `len` elements, which hold anything.
-pub(crate) fn make_room<T: Clone + Default + Send>(room: &mut Vec<T>, len: usize) {
-    if room.len() < len {
-        // A new vector of zeros costs nothing until it is touched, unlike one that grows.
-        *room = vec![T::default(); len];
-    }
-}

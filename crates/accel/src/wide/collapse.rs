@@ -6,9 +6,9 @@
 //! triangles are tested at once.
 
 use super::{ChildRef, Node8};
+use crate::Node;
 use crate::memory::Pages;
 use crate::upward::{Upward, upward};
-use crate::{BinaryTree, Node};
 use rayon::prelude::*;
 use vastlight_math::Aabb;
 use vastlight_simd::Level;
@@ -40,16 +40,35 @@ const VACANT: (u32, ChildRef) = (0, ChildRef::NONE);
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct Ways {
-    /// Least cost with at most `i + 1` slots.
-    cost: [f32; 7],
-    /// How many of `i + 1` slots go to the left child; 0 where the node itself takes one slot.
-    left: [u8; 7],
-    /// How many of eight slots go to the left child where the node becomes a wide one; 0 where it becomes a leaf.
-    left_of_node: u8,
+    /// How at most `i + 1` slots are shared.
+    shares: [Share; 7],
+    /// How eight slots are shared where the node becomes a wide one; [`Share::WHOLE`] where it becomes a leaf.
+    of_node: Share,
 }
 
-impl Ways {
-    const NONE: Self = Self { cost: [0.0; 7], left: [0; 7], left_of_node: 0 };
+/// How many slots go to the left and to the right child, in four bits each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(transparent)]
+struct Share(u8);
+
+impl Share {
+    /// The node takes one slot itself.
+    const WHOLE: Self = Self(0);
+
+    #[inline(always)]
+    const fn new(left: u8, right: u8) -> Self {
+        Self(left | right << 4)
+    }
+
+    #[inline(always)]
+    const fn left(self) -> u8 {
+        self.0 & 15
+    }
+
+    #[inline(always)]
+    const fn right(self) -> u8 {
+        self.0 >> 4
+    }
 }
 
 /// How the best ways follow.
@@ -58,29 +77,40 @@ struct Cheapest {
 }
 
 impl Upward for Cheapest {
-    type Value = Ways;
+    type Kept = Ways;
+    /// Least cost with at most `i + 1` slots.
+    type Value = [f32; 7];
 
     #[inline(always)]
-    fn leaf(&self, node: &Node) -> Ways {
-        Ways { cost: [node.bounds.half_area() * LEAF_COST; 7], ..Ways::NONE }
+    fn leaf(&self, node: &Node, ways: &mut Ways) -> [f32; 7] {
+        *ways = Ways { shares: [Share::WHOLE; 7], of_node: Share::WHOLE };
+        [node.bounds.half_area() * LEAF_COST; 7]
     }
 
     #[inline(always)]
-    fn inner(&self, node: &Node, _: [&Node; 2], [l, r]: [&Ways; 2]) -> Ways {
+    fn inner(&self, node: &Node, children: [&Node; 2], [l, r]: [&[f32; 7]; 2], ways: &mut Ways) -> [f32; 7] {
         let area = node.bounds.half_area();
-        let (costs, lefts) = best_shares(&l.cost, &r.cost);
-        let mut ways = Ways::NONE;
-        (ways.cost[0], ways.left_of_node) = (costs[7] + area * NODE_COST, lefts[7] as u8);
-        if node.count <= self.max_leaf && area * LEAF_COST <= ways.cost[0] {
-            (ways.cost[0], ways.left_of_node) = (area * LEAF_COST, 0);
+        let (costs, lefts) = if children[0].is_leaf() && children[1].is_leaf() {
+            ([l[0] + r[0]; 8], [1; 8])
+        } else {
+            best_shares(l, r)
+        };
+        let mut cost = costs[7] + area * NODE_COST;
+        *ways = Ways { shares: [Share::WHOLE; 7], of_node: Share::WHOLE };
+        if node.count <= self.max_leaf && area * LEAF_COST <= cost {
+            cost = area * LEAF_COST;
+        } else {
+            ways.of_node = Share::new(lefts[7] as u8, 8 - lefts[7] as u8);
         }
-        for slots in 2..8 {
-            let (cost, left) = (costs[slots - 1], lefts[slots - 1] as u8);
-            let fewer = ways.cost[slots - 2];
-            (ways.cost[slots - 1], ways.left[slots - 1]) =
-                if cost < fewer { (cost, left) } else { (fewer, ways.left[slots - 2]) };
+        let (mut least, mut share) = ([cost; 7], Share::WHOLE);
+        for i in 1..7 {
+            let better = costs[i] < cost;
+            let left = lefts[i] as u8;
+            cost = if better { costs[i] } else { cost };
+            share = if better { Share::new(left, i as u8 + 1 - left) } else { share };
+            (least[i], ways.shares[i]) = (cost, share);
         }
-        ways
+        least
     }
 }
 
@@ -103,13 +133,13 @@ fn best_shares(l: &[f32; 7], r: &[f32; 7]) -> ([f32; 8], [u32; 8]) {
     (costs, lefts)
 }
 
-/// Plans the wide tree. Leaves of the binary tree hold at most `max_leaf` primitives, and every binary node that does
-/// may become a leaf of the wide one.
-pub(super) fn plan(tree: &BinaryTree, max_leaf: u32, level: Level) -> Plan {
-    let Some(root) = tree.nodes.first() else { return Plan::default() };
-    let mut ways = Pages::zeroed(tree.nodes.len());
-    upward(&Cheapest { max_leaf }, &tree.nodes, &mut ways, level);
-    if ways[0].left_of_node == 0 {
+/// Plans the wide tree. Leaves of the binary tree become leaves of the wide one, and every other node with at most
+/// `max_leaf` primitives may.
+pub(super) fn plan(tree: &[Node], max_leaf: u32, level: Level) -> Plan {
+    let Some(root) = tree.first() else { return Plan::default() };
+    let mut ways = Pages::zeroed(tree.len());
+    upward(&Cheapest { max_leaf }, tree, &mut ways, level);
+    if ways[0].of_node == Share::WHOLE {
         return Plan { leaves: vec![0], root: Some(ChildRef::leaf(0)), ..Plan::default() };
     }
     let planner = Planner { tree, ways: &ways };
@@ -131,7 +161,7 @@ fn move_slots(slots: &mut [(u32, ChildRef); 8], nodes: u32, leaves: u32) {
 }
 
 struct Planner<'a> {
-    tree: &'a BinaryTree,
+    tree: &'a [Node],
     ways: &'a [Ways],
 }
 
@@ -144,13 +174,13 @@ impl Planner<'_> {
         }
         let mut plan = Plan { levels: 1, ..Plan::default() };
         let inner = self.number_slots(binary, slots, &mut plan);
-        let count = |binary: u32| self.tree.nodes[binary as usize].count;
+        let count = |binary: u32| self.tree[binary as usize].count;
         let below = |&binary: &u32| {
             let mut slots = [VACANT; 8];
             let plan = self.below(binary, count(binary), &mut slots);
             (slots, plan)
         };
-        let below: Vec<_> = inner.par_iter().map(below).collect();
+        let below: Vec<_> = inner.as_slice().par_iter().map(below).collect();
         for (i, (mut slots, mut part)) in below.into_iter().enumerate() {
             let (nodes, leaves) = (plan.nodes.len() as u32, plan.leaves.len() as u32);
             move_slots(&mut slots, nodes, leaves);
@@ -166,9 +196,10 @@ impl Planner<'_> {
     fn below_serially(&self, binary: u32, slots: &mut [(u32, ChildRef); 8]) -> Plan {
         let mut plan = Plan { levels: 1, ..Plan::default() };
         let mut waiting = Vec::new();
-        let wait = |inner: Vec<u32>, first: usize, level: usize, waiting: &mut Vec<_>| {
+        let wait = |inner: Few, first: usize, level: usize, waiting: &mut Vec<_>| {
             // The first child's subtree follows first.
-            waiting.extend(inner.into_iter().enumerate().rev().map(|(i, binary)| (binary, first + i, level)));
+            let inner = inner.as_slice().iter().enumerate().rev();
+            waiting.extend(inner.map(|(i, &binary)| (binary, first + i, level)));
         };
         let inner = self.number_slots(binary, slots, &mut plan);
         wait(inner, 0, 2, &mut waiting);
@@ -184,55 +215,59 @@ impl Planner<'_> {
 
     /// Fills the slots of the wide node that `binary` becomes, with new nodes and leaves at the end of `plan`; gives the
     /// binary nodes that become nodes.
-    fn number_slots(&self, binary: u32, slots: &mut [(u32, ChildRef); 8], plan: &mut Plan) -> Vec<u32> {
-        let used = fill_slots(self.tree, self.ways, binary, slots);
-        let mut inner = Vec::with_capacity(8);
+    fn number_slots(&self, binary: u32, slots: &mut [(u32, ChildRef); 8], plan: &mut Plan) -> Few {
+        let used = self.fill_slots(binary, slots);
+        let mut inner = Few { nodes: [0; 8], len: 0 };
         for slot in &mut slots[..used] {
-            if self.ways[slot.0 as usize].left_of_node == 0 {
+            if self.ways[slot.0 as usize].of_node == Share::WHOLE {
                 slot.1 = ChildRef::leaf(plan.leaves.len() as u32);
                 plan.leaves.push(slot.0);
             } else {
-                slot.1 = ChildRef::node(plan.nodes.len() as u32);
-                inner.push(slot.0);
-                plan.nodes.push([VACANT; 8]);
+                slot.1 = ChildRef::node(plan.nodes.len() as u32 + inner.len as u32);
+                inner.nodes[inner.len] = slot.0;
+                inner.len += 1;
             }
         }
+        plan.nodes.resize(plan.nodes.len() + inner.len, [VACANT; 8]);
         inner
     }
-}
 
-/// Shares the eight slots of the wide node that `binary` becomes among its descendants; gives how many are used.
-fn fill_slots(tree: &BinaryTree, ways: &[Ways], binary: u32, slots: &mut [(u32, ChildRef); 8]) -> usize {
-    let mut used = 0;
-    let share = |node: u32, slots: u8, left: u8| {
-        let child = tree.nodes[node as usize].left;
-        [(child, left), (child + 1, slots - left)]
-    };
-    let mut open = [(0, 0); 8];
-    let left_of_node = ways[binary as usize].left_of_node;
-    open[..2].copy_from_slice(&share(binary, 8, left_of_node));
-    let mut waiting = 2;
-    while waiting > 0 {
-        waiting -= 1;
-        let (node, share_of_node) = open[waiting];
-        let left = ways[node as usize].left[share_of_node as usize - 1];
-        if left == 0 {
-            slots[used].0 = node;
-            used += 1;
-            continue;
+    /// Shares the eight slots of the wide node that `binary` becomes among its descendants; gives how many are used.
+    fn fill_slots(&self, binary: u32, slots: &mut [(u32, ChildRef); 8]) -> usize {
+        let children = |node: u32, share: Share| {
+            let child = self.tree[node as usize].left;
+            [(child, share.left()), (child + 1, share.right())]
+        };
+        let mut open = [(0, 0); 8];
+        open[..2].copy_from_slice(&children(binary, self.ways[binary as usize].of_node));
+        let (mut used, mut waiting) = (0, 2);
+        while waiting > 0 {
+            waiting -= 1;
+            let (node, offered) = open[waiting];
+            let share = self.ways[node as usize].shares[offered as usize - 1];
+            if share == Share::WHOLE {
+                slots[used].0 = node;
+                used += 1;
+            } else {
+                open[waiting..waiting + 2].copy_from_slice(&children(node, share));
+                waiting += 2;
+            }
         }
-        // With fewer slots than offered where those are as good.
-        let total = smallest_share(&ways[node as usize], share_of_node);
-        open[waiting..waiting + 2].copy_from_slice(&share(node, total, left));
-        waiting += 2;
+        used
     }
-    used
 }
 
-/// The fewest slots that are as good as `slots`.
-fn smallest_share(ways: &Ways, slots: u8) -> u8 {
-    let cost = ways.cost[slots as usize - 1];
-    (1..=slots).find(|&s| ways.cost[s as usize - 1] <= cost).unwrap_or(slots)
+/// Up to eight binary nodes.
+#[derive(Clone, Copy)]
+struct Few {
+    nodes: [u32; 8],
+    len: usize,
+}
+
+impl Few {
+    fn as_slice(&self) -> &[u32] {
+        &self.nodes[..self.len]
+    }
 }
 
 /// Writes the nodes of `plan`: `bounds` gives the box of a binary node, `leaf` what a slot with a leaf points to.

@@ -1,8 +1,9 @@
 //! The tree of one mesh: wide nodes over blocks of triangles.
 
 use super::collapse::{emit, plan};
+use super::direct;
 use super::{Block8, ChildRef, Node8};
-use crate::build::clip_triangle;
+use crate::build::{MortonTree, clip_triangle, resolve};
 use crate::memory::Pages;
 use crate::{BinaryTree, BuildConfig, BuildError, Clip, Quality, Reference, Scratch, build, quality};
 use rayon::prelude::*;
@@ -50,14 +51,14 @@ impl MeshView<'_> {
 }
 
 /// A mesh with its positions scaled, as builders may cut it.
-struct Scaled<'a> {
-    mesh: &'a MeshView<'a>,
-    scale: f32,
+pub(super) struct Scaled<'a> {
+    pub(super) mesh: &'a MeshView<'a>,
+    pub(super) scale: f32,
 }
 
 impl Scaled<'_> {
-    #[inline]
-    fn corners(&self, triangle: u32) -> [Vec3; 3] {
+    #[inline(always)]
+    pub(super) fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.mesh.corners(triangle).map(|p| p * self.scale)
     }
 }
@@ -119,6 +120,16 @@ impl MeshBvh {
         let bounds = mesh.bounds();
         let scale = mesh.scale(&bounds);
         let scaled = Scaled { mesh, scale };
+        let extent = extent(&bounds) * scale;
+        let around = Aabb { min: bounds.min * scale, max: bounds.max * scale };
+        if let Some(kind) = MortonTree::of_builder(resolve(name)?)
+            && config.optimize == 0
+            && let Some(built) = direct::build(&scaled, &around, kind, &config, scratch, &mut clock)
+        {
+            let direct::Direct { nodes, blocks, root, levels, bounds, quality } = built;
+            let bvh = Self { nodes, blocks, root, levels, bounds, extent, scale };
+            return Ok((bvh, MeshBuild { triangles: mesh.triangles.len(), quality, stages: clock.stages }));
+        }
         let mut references = std::mem::take(&mut scratch.references);
         (0..mesh.triangles.len() as u32)
             .into_par_iter()
@@ -129,7 +140,7 @@ impl MeshBvh {
         let tree = build(name, &mut references, Some(&scaled), &config, scratch)?;
         scratch.references = references;
         clock.lap("tree");
-        let plan = plan(&tree, config.max_leaf, config.level);
+        let plan = plan(&tree.nodes, config.max_leaf, config.level);
         clock.lap("collapse");
         let mut nodes = Pages::zeroed(plan.nodes.len());
         let mut blocks = Pages::zeroed(plan.leaves.len());
@@ -138,7 +149,6 @@ impl MeshBvh {
             config.level.dispatch(Fill { mesh, scale, tree: &tree, leaves, blocks });
         });
         clock.lap("emit");
-        let extent = extent(&bounds) * scale;
         let bvh = Self {
             nodes,
             blocks,
@@ -164,8 +174,8 @@ impl MeshBvh {
 /// Blocks that one thread fills at a time.
 const BLOCKS: usize = 512;
 /// How many primitives ahead the caches are asked for corners, and for their indices.
-const CORNERS_AHEAD: usize = 12;
-const INDICES_AHEAD: usize = 32;
+pub(super) const CORNERS_AHEAD: usize = 12;
+pub(super) const INDICES_AHEAD: usize = 32;
 
 /// Fills the blocks of some leaves.
 struct Fill<'a> {
@@ -208,7 +218,7 @@ impl Kernel for Fill<'_> {
 }
 
 /// Measures stages.
-struct Clock {
+pub(super) struct Clock {
     last: Instant,
     stages: Vec<(&'static str, Duration)>,
 }
@@ -218,7 +228,7 @@ impl Clock {
         Self { last: Instant::now(), stages: Vec::new() }
     }
 
-    fn lap(&mut self, name: &'static str) {
+    pub(super) fn lap(&mut self, name: &'static str) {
         let now = Instant::now();
         self.stages.push((name, now - self.last));
         self.last = now;

@@ -1,6 +1,7 @@
 //! Eight-wide trees: what rays are traced through.
 
 mod collapse;
+mod direct;
 mod layout;
 mod mesh;
 mod top;

@@ -39,7 +39,7 @@ impl TopBvh {
             .map(|(i, b)| Reference::new(b, i as u32))
             .collect();
         let tree = build(name, &mut references, None, &config, scratch)?;
-        let plan = plan(&tree, 1, config.level);
+        let plan = plan(&tree.nodes, 1, config.level);
         let prim = |leaf: ChildRef| {
             let binary = plan.leaves[leaf.index()];
             ChildRef::leaf(tree.prims[tree.nodes[binary as usize].first as usize])
