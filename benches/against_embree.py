@@ -2,10 +2,12 @@
 """Traces the same ray files with vastlight and with an Embree driver in turn, and prints rates side by side.
 
 usage: against_embree.py BASE [--vastlight PATH] [--rounds N] [--threads N] [--quality low|medium|high]
+                         [--packets] [--extra ARGUMENT ...]
 
 BASE holds embree_bench/embree_bench (a driver that prints one JSON line with Mrays_s_best, bvh_B_per_tri, hits, sum_t),
 meshes/NAME.ply and rays/NAME.{primary,diffuse,shadow}.rays. The programs alternate (A B A B ...) because machines
-drift; each side keeps its best round.
+drift; each side keeps its best round. With --packets Embree gets primary rays in coherent packets of 16, and only those
+are traced. --extra comes last: what follows it is handed to vastlight.
 """
 import argparse
 import json
@@ -24,6 +26,7 @@ def json_line(command):
 def embree(base, mesh, kind, args):
     command = [base / "embree_bench/embree_bench", mesh, rays_of(base, mesh, kind), "--threads", args.threads]
     command += ["--quality", args.quality] + (["--any"] if kind == "shadow" else [])
+    command += ["--packet", "16", "--coherent"] if args.packets else []
     line = json_line([str(part) for part in command])
     return dict(rate=line["Mrays_s_best"], bytes=line["bvh_B_per_tri"], build=line["build_ms_best"],
                 hits=line["hits"], sum_t=line["sum_t"])
@@ -48,12 +51,13 @@ def main():
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--quality", default="medium")
-    parser.add_argument("--extra", nargs="*", default=[], help="more arguments for vastlight")
+    parser.add_argument("--packets", action="store_true")
+    parser.add_argument("--extra", nargs=argparse.REMAINDER, default=[], help="more arguments for vastlight")
     args = parser.parse_args()
     ratios = []
     print(f"{'set':24} {'vastlight':>9} {'Embree':>8} {'ratio':>6}   bytes/tri     build ms       hits            sum_t")
     for mesh in sorted((args.base / "meshes").glob("*.ply")):
-        for kind in ("primary", "diffuse", "shadow"):
+        for kind in ("primary",) if args.packets else ("primary", "diffuse", "shadow"):
             if not rays_of(args.base, mesh, kind).exists():
                 continue
             runs = [(vastlight(args.base, mesh, kind, args), embree(args.base, mesh, kind, args))

@@ -1,7 +1,7 @@
 //! What `bench trace` and `bench build` do: read a ray file, trace it several times, give the figures.
 
+use crate::sort::{RaySorter, SortRays, SortReport};
 use crate::{Hit, TraceError, Tracer, TracerConfig};
-use std::time::Instant;
 use vastlight_math::{Ray, Vec3};
 use vastlight_scene::Scene;
 
@@ -54,7 +54,9 @@ pub struct TraceFigures {
     pub bytes_per_triangle: f64,
     /// Rays in the file.
     pub rays: u64,
-    /// Millions of rays a second, best repeat, all threads of the current pool.
+    /// What sorting and tracing took in the best repeat.
+    pub sort: SortReport,
+    /// Millions of rays a second, best repeat, sorted and traced, all threads of the current pool.
     pub mrays_per_s: f64,
     /// Rays that hit (or are occluded).
     pub hits: u64,
@@ -62,21 +64,25 @@ pub struct TraceFigures {
     pub sum_t: f64,
 }
 
-/// Traces `rays` `repeat` times (at least once) with the threads of the current pool.
+/// Traces `rays` `repeat` times (at least once) with the threads of the current pool, sorted where `when` says so.
 #[must_use]
-pub fn trace(tracer: &Tracer, rays: &[Ray], occluded: bool, repeat: u32) -> TraceFigures {
-    let mut best = f64::INFINITY;
+pub fn trace(tracer: &Tracer, rays: &[Ray], occluded: bool, when: SortRays, repeat: u32) -> TraceFigures {
+    let mut best: Option<SortReport> = None;
     let mut hits = vec![Hit::MISS; if occluded { 0 } else { rays.len() }];
     let mut flags = vec![false; if occluded { rays.len() } else { 0 }];
+    let mut sorter = RaySorter::default();
+    let total = |report: &SortReport| report.sorting + report.tracing;
     for _ in 0..repeat.max(1) {
-        let start = Instant::now();
-        if occluded {
-            tracer.occluded_parallel(rays, &mut flags);
+        let report = if occluded {
+            sorter.occluded(tracer, when, rays, &mut flags)
         } else {
-            tracer.closest_parallel(rays, &mut hits);
+            sorter.closest(tracer, when, rays, &mut hits)
+        };
+        if best.is_none_or(|best| total(&report) < total(&best)) {
+            best = Some(report);
         }
-        best = best.min(start.elapsed().as_secs_f64());
     }
+    let sort = best.unwrap_or_default();
     let report = tracer.report();
     let found = hits.iter().filter(|h| h.is_hit());
     TraceFigures {
@@ -86,7 +92,8 @@ pub fn trace(tracer: &Tracer, rays: &[Ray], occluded: bool, repeat: u32) -> Trac
         build_ms: report.build_ms,
         bytes_per_triangle: report.bytes as f64 / report.triangles.max(1) as f64,
         rays: rays.len() as u64,
-        mrays_per_s: rays.len() as f64 / best / 1e6,
+        sort,
+        mrays_per_s: rays.len() as f64 / total(&sort).as_secs_f64() / 1e6,
         hits: found.clone().count() as u64 + flags.iter().filter(|&&f| f).count() as u64,
         sum_t: found.fold(0.0, |sum, h| sum + f64::from(h.t)),
     }

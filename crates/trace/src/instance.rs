@@ -138,6 +138,8 @@ pub(crate) struct Places {
     pub(crate) placed: Vec<Placed>,
     /// By instance; empty for an empty mesh.
     pub(crate) boxes: Vec<Aabb>,
+    /// Around all instances.
+    pub(crate) world: Aabb,
     /// Largest absolute coordinate of the world.
     pub(crate) extent: f32,
     /// How much wider margins of world boxes are than those of a mesh.
@@ -160,6 +162,6 @@ impl Places {
         let spread = footprints.iter().map(|f| f.spread).fold(1.0, f32::max);
         let world = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
         let extent = if world.is_empty() { 0.0 } else { world.min.abs().max(world.max.abs()).max_element() };
-        Self { placed, boxes, extent, margin_factor: 2.0 * spread }
+        Self { placed, boxes, world, extent, margin_factor: 2.0 * spread }
     }
 }

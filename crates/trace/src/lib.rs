@@ -10,6 +10,7 @@ mod hit;
 mod instance;
 mod kd;
 mod reach;
+pub mod sort;
 pub mod stream;
 mod tracer;
 mod walk;

@@ -11,7 +11,7 @@ use vastlight_accel::kdtree::{KdKind, KdMesh};
 use vastlight_accel::wide::traverse::stack_entries;
 use vastlight_accel::wide::{MeshBuild, MeshBvh, MeshView, TopBvh};
 use vastlight_accel::{BuildConfig, BuildError, Scratch};
-use vastlight_math::Ray;
+use vastlight_math::{Aabb, Ray};
 use vastlight_scene::{Mesh, Scene};
 use vastlight_simd::Level;
 
@@ -67,6 +67,7 @@ pub struct Tracer {
     pub(crate) top: TopBvh,
     /// In the place of `meshes` and `top`.
     pub(crate) kd: Option<KdScene>,
+    world: Aabb,
     /// Largest absolute coordinate of the world.
     pub(crate) extent: f32,
     /// How much wider margins of world boxes are than those of a mesh.
@@ -98,7 +99,7 @@ impl Tracer {
 
         let space = |m: &MeshBvh| MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale };
         let places = Places::new(scene, &meshes.iter().map(space).collect::<Vec<_>>());
-        let Places { placed, boxes, extent, margin_factor } = places;
+        let Places { placed, boxes, world, extent, margin_factor } = places;
         let costs = |i: u32| builds[placed[i as usize].mesh as usize].quality.cost;
         let top = TopBvh::build(accel, &boxes, costs, &build, &mut Scratch::default())?;
         let stages = sum_stages(&builds, meshes_done.elapsed());
@@ -120,6 +121,7 @@ impl Tracer {
             placed,
             top,
             kd: None,
+            world,
             extent,
             margin_factor,
             stack_entries,
@@ -138,7 +140,7 @@ impl Tracer {
         let meshes_done = Instant::now();
         let space = |m: &KdMesh| MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale };
         let places = Places::new(scene, &meshes.iter().map(space).collect::<Vec<_>>());
-        let Places { placed, boxes, extent, margin_factor } = places;
+        let Places { placed, boxes, world, extent, margin_factor } = places;
         let kd = KdScene::new(meshes, &placed, boxes, &kind)?;
         let stages = vec![
             ("meshes", milliseconds(meshes_done - start)),
@@ -159,6 +161,7 @@ impl Tracer {
             placed,
             top: TopBvh::default(),
             kd: Some(kd),
+            world,
             extent,
             margin_factor,
             stack_entries: 0,
@@ -211,6 +214,12 @@ impl Tracer {
     pub fn occluded_parallel(&self, rays: &[Ray], occluded: &mut [bool]) {
         let work = |(rays, occluded): (&[Ray], &mut [bool])| self.occluded(rays, &AcceptAll, occluded);
         rays.par_chunks(PARALLEL_CHUNK).zip(occluded.par_chunks_mut(PARALLEL_CHUNK)).for_each(work);
+    }
+
+    /// Around all that rays can hit.
+    #[must_use]
+    pub fn world(&self) -> &Aabb {
+        &self.world
     }
 
     /// What building took and gave.

@@ -6,8 +6,11 @@ use crate::exit::Exit;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use vastlight::math::Ray;
-use vastlight::trace::{Tracer, TracerConfig, bench};
+use vastlight::trace::bench::{self, TraceFigures};
+use vastlight::trace::sort::SortRays;
+use vastlight::trace::{Tracer, TracerConfig};
 use vastlight::{Error, peak_rss_bytes};
 
 /// Trace the rays of a file: closest hits, or occlusion
@@ -26,6 +29,9 @@ pub(crate) struct Trace {
     /// Whether rays that go the same way share their walk
     #[arg(long, value_name = "on|off", default_value = "on")]
     batch: Batch,
+    /// Whether rays are sorted before they are traced; `both` prints a line for each way
+    #[arg(long, value_name = "auto|on|off|both", default_value = "auto")]
+    sort_rays: Sort,
     /// Times the rays are traced; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
@@ -37,18 +43,47 @@ enum Batch {
     Off,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Sort {
+    Auto,
+    On,
+    Off,
+    Both,
+}
+
+impl Sort {
+    /// The ways to trace, a line each.
+    fn ways(self) -> &'static [SortRays] {
+        match self {
+            Self::Auto => &[SortRays::Auto],
+            Self::On => &[SortRays::On],
+            Self::Off => &[SortRays::Off],
+            Self::Both => &[SortRays::Off, SortRays::On],
+        }
+    }
+}
+
 pub(crate) fn run(arguments: &Trace, common: &Common) -> Result<Exit, Error> {
     let rays = read_rays(&arguments.rays)?;
     let scene = arguments.scene.load(common)?;
     let config = TracerConfig { single_rays: arguments.batch == Batch::Off, ..arguments.structure.config() };
     let tracer = Tracer::new(&scene, &config).map_err(|e| build_error(&e))?;
-    let figures = bench::trace(&tracer, &rays, arguments.occluded, arguments.repeat);
+    for &way in arguments.sort_rays.ways() {
+        let figures = bench::trace(&tracer, &rays, arguments.occluded, way, arguments.repeat);
+        print_line(arguments, &figures);
+    }
+    Ok(Exit::Done)
+}
+
+fn print_line(arguments: &Trace, figures: &TraceFigures) {
+    let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
     let line = json!({
         "bench": "trace",
         "accel": figures.accel,
         "optimize": arguments.structure.optimize,
         "occluded": arguments.occluded,
         "batch": arguments.batch == Batch::On,
+        "sorted": figures.sort.sorted,
         "simd": figures.level,
         "threads": rayon::current_num_threads(),
         "triangles": figures.triangles,
@@ -56,12 +91,13 @@ pub(crate) fn run(arguments: &Trace, common: &Common) -> Result<Exit, Error> {
         "bytes_per_triangle": figures.bytes_per_triangle,
         "rays": figures.rays,
         "mrays_per_s": figures.mrays_per_s,
+        "sort_ms": milliseconds(figures.sort.sorting),
+        "trace_ms": milliseconds(figures.sort.tracing),
         "hits": figures.hits,
         "sum_t": figures.sum_t,
         "peak_rss_bytes": peak_rss_bytes(),
     });
     println!("{line}");
-    Ok(Exit::Done)
 }
 
 fn read_rays(path: &Path) -> Result<Vec<Ray>, Error> {
