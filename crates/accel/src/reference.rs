@@ -3,7 +3,7 @@
 use vastlight_math::{Aabb, Vec3};
 
 /// A primitive's box and number in 32 bytes, laid out so that one eight-lane minimum unites two boxes:
-/// lower corner, number, negated upper corner, nothing.
+/// lower corner, number, negated upper corner, and how many primitives it stands for besides the first.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(32))]
 pub struct Reference {
@@ -25,6 +25,13 @@ impl Reference {
         Self { lanes: [lo.x, lo.y, lo.z, f32::from_bits(prim), -hi.x, -hi.y, -hi.z, 0.0] }
     }
 
+    /// A reference to primitive `prim` whose box is finite and not empty.
+    #[inline(always)]
+    pub(crate) fn finite(bounds: &Aabb, prim: u32) -> Self {
+        let (lo, hi) = (bounds.min, bounds.max);
+        Self { lanes: [lo.x, lo.y, lo.z, f32::from_bits(prim), -hi.x, -hi.y, -hi.z, 0.0] }
+    }
+
     /// The primitive's number.
     #[inline]
     #[must_use]
@@ -39,7 +46,7 @@ impl Reference {
         unpack(&self.lanes)
     }
 
-    /// Lower corner, number, negated upper corner, nothing.
+    /// As they are packed.
     #[inline]
     pub(crate) fn lanes(&self) -> &[f32; 8] {
         &self.lanes
@@ -49,6 +56,19 @@ impl Reference {
     #[inline(always)]
     pub(crate) fn from_lanes(lanes: [f32; 8]) -> Self {
         Self { lanes }
+    }
+
+    /// A reference to cluster `number` of `weight` primitives, at least one, in the packed box `lanes`.
+    #[inline(always)]
+    pub(crate) fn to_cluster(mut lanes: [f32; 8], number: u32, weight: u32) -> Self {
+        (lanes[3], lanes[7]) = (f32::from_bits(number), f32::from_bits(weight - 1));
+        Self { lanes }
+    }
+
+    /// How many primitives the reference stands for.
+    #[inline(always)]
+    pub(crate) fn weight(&self) -> u32 {
+        self.lanes[7].to_bits() + 1
     }
 
     /// The same box with another number.

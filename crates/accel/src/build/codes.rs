@@ -4,7 +4,7 @@
 
 use super::{RunBounds, Scratch};
 use crate::Reference;
-use crate::sort::{Pair, pair, radix_sort};
+use crate::sort::{Pair, pair, payload, radix_sort};
 use rayon::prelude::*;
 use vastlight_math::{Aabb, Vec3};
 use vastlight_simd::{Kernel, Level, Simd8};
@@ -21,7 +21,14 @@ pub(crate) trait Boxes: Sync {
     /// The boxes of eight primitives from `first` on: lower corners by axis, then upper ones, scaled as coordinates are in
     /// the tree. Lanes behind the last primitive hold its box again.
     fn eight<S: Simd8>(&self, simd: S, first: usize) -> [S::F; 6];
+    /// The reference to primitive `i`.
+    fn one(&self, i: u32) -> Reference;
+    /// Asks the caches for what [`Boxes::one`] needs of the primitives of `pairs` from `place` on, some time later.
+    fn prefetch<S: Simd8>(&self, simd: S, pairs: &[Pair], place: usize);
 }
+
+/// How many places ahead the caches are asked.
+const AHEAD: usize = 24;
 
 impl Boxes for [Reference] {
     #[inline(always)]
@@ -34,6 +41,18 @@ impl Boxes for [Reference] {
             boxes[slot] = simd.load(&values);
         }
         boxes
+    }
+
+    #[inline(always)]
+    fn one(&self, i: u32) -> Reference {
+        self[i as usize]
+    }
+
+    #[inline(always)]
+    fn prefetch<S: Simd8>(&self, simd: S, pairs: &[Pair], place: usize) {
+        if let Some(&pair) = pairs.get(place + AHEAD) {
+            simd.prefetch::<1>(self.as_ptr().wrapping_add(payload(pair) as usize).cast());
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod binned;
 mod clip;
+mod clustered;
 mod codes;
 mod grid;
 mod hlbvh2;
@@ -56,6 +57,8 @@ impl Default for BuildConfig {
 const AUTOMATIC_BUDGET: f32 = 2.0;
 /// Cuts that are kept where no budget is given: those whose parts have at most so much of the whole's area.
 const AUTOMATIC_KEEP: f32 = 0.55;
+/// References from which on `binned-sah` puts clusters of them under its upper levels.
+pub(crate) const CLUSTERED: usize = 1 << 14;
 /// Budget of spatial splits where none is given.
 const SPATIAL_BUDGET: f32 = 3.0;
 
@@ -128,9 +131,17 @@ pub fn build(
         "grid-sah" => grid::build(references, config, scratch),
         "ploc" => ploc::build(references, config, scratch),
         "sbvh" => sbvh::build(references, clip, most_spatial, config),
+        _ if references.len() >= CLUSTERED => {
+            clustered::build(&references[..], codes::sorted_codes(references, config.level, scratch), config)
+        }
         _ => top_down::build(&Binned::new(config), references, config, scratch),
     };
     Ok(reinsert::optimize(tree, config.optimize))
+}
+
+/// Builds as `binned-sah` does over boxes whose sorted codes are known.
+pub(crate) fn build_clustered<B: Boxes>(boxes: &B, sorted: &[Pair], config: &BuildConfig) -> BinaryTree {
+    reinsert::optimize(clustered::build(boxes, sorted, config), config.optimize)
 }
 
 /// The number of references that a budget, a multiple of `primitives`, allows.
@@ -187,11 +198,23 @@ pub trait Heuristic: Sync {
         run: &RunBounds,
         count: usize,
     ) -> Option<(Self::Split, f32)>;
+    /// The best way to part at most [`FEW`] references: copies them from `from` to `to`, of the same length, those of
+    /// the left part first; gives their number and the cost of the split. None, and anything is in `to`, if there is none.
+    fn part_few<S: Simd8>(
+        &self,
+        simd: S,
+        from: &[Reference],
+        to: &mut [Reference],
+        run: &RunBounds,
+    ) -> Option<(usize, f32)>;
     /// The cost of making the run a leaf.
     fn leaf_cost(&self, run: &RunBounds, count: usize) -> f32;
     /// Whether a reference goes to the left part.
     fn goes_left(&self, split: &Self::Split, reference: &Reference) -> bool;
 }
+
+/// Most references that [`Heuristic::part_few`] parts.
+pub const FEW: usize = 32;
 
 /// A node with nothing in it yet.
 const BLANK: Node = Node { bounds: vastlight_math::Aabb::EMPTY, left: 0, first: 0, count: 0 };

@@ -13,6 +13,7 @@ use crate::reference::{EMPTY_LANES, unpack};
 use crate::sort::{Pair, key, parts, payload};
 use crate::{Node, Reference};
 use rayon::prelude::*;
+use std::ops::Range;
 use vastlight_simd::{Kernel, Level, Simd8};
 
 /// Longest run whose nodes one thread makes.
@@ -99,6 +100,29 @@ fn split(run: &[Pair]) -> usize {
     }
     let bit = 1 << (first ^ last).ilog2();
     run.partition_point(|&pair| key(pair) & bit == 0)
+}
+
+/// Cuts sorted codes, which start at `first`, into runs of at most `most`, as nodes would be cut.
+pub(super) fn runs(sorted: &[Pair], first: usize, most: usize) -> Vec<Range<usize>> {
+    if sorted.len() > RUN.max(most) {
+        let middle = split(sorted);
+        let (left, right) = sorted.split_at(middle);
+        let (mut left, mut right) =
+            rayon::join(|| runs(left, first, most), || runs(right, first + middle, most));
+        left.append(&mut right);
+        return left;
+    }
+    let mut found = Vec::new();
+    let mut waiting = vec![(0, sorted.len())];
+    while let Some((start, end)) = waiting.pop() {
+        if end - start <= most {
+            found.push(first + start..first + end);
+        } else {
+            let middle = start + split(&sorted[start..end]);
+            waiting.extend([(middle, end), (start, middle)]);
+        }
+    }
+    found
 }
 
 /// The nodes over a run by one thread: pairs of children, then what is below the left one, what is below the right one.

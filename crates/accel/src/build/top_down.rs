@@ -5,8 +5,8 @@
 //! them moves on. Chunks have a fixed size and merging is exact, so the tree does not depend on the threads.
 
 use super::pieces::Piece;
-use super::{BLANK, BuildConfig, Heuristic, RunBounds, Scratch};
-use crate::reference::{EMPTY_LANES, unpack};
+use super::{BLANK, BuildConfig, FEW, Heuristic, RunBounds, Scratch};
+use crate::reference::{EMPTY_LANES, packed_half_area, unpack};
 use crate::{BinaryTree, Node, Reference};
 use rayon::prelude::*;
 use vastlight_simd::{Kernel, Level, Simd8};
@@ -16,7 +16,10 @@ const SERIAL: usize = 1 << 13;
 /// References that one thread looks at at a time in longer runs.
 const CHUNK: usize = 1 << 13;
 /// Runs deeper than this are halved without looking, which bounds the depth of the tree.
-const MAX_HEURISTIC_DEPTH: u32 = 64;
+pub(super) const MAX_HEURISTIC_DEPTH: u32 = 64;
+
+/// Boxes are small beside the box around them if their areas add up to less than so much of its area.
+const SPARSE: f32 = 0.5;
 
 /// Builds a tree with `heuristic`.
 pub(super) fn build<H: Heuristic>(
@@ -34,10 +37,14 @@ pub(super) fn build<H: Heuristic>(
         other.clear();
         other.par_extend(references.par_iter());
     }
-    let builder = Builder { heuristic, level: config.level, max_leaf: config.max_leaf.max(1) as usize };
     let run = Run { here: references, there: &mut other[..prims.len()], prims: &mut prims, depth: 0 };
-    let piece = builder.piece(run);
+    let piece = piece(heuristic, config, run);
     BinaryTree { nodes: piece.assemble(), prims }
+}
+
+/// Builds the tree over a run.
+pub(super) fn piece<H: Heuristic>(heuristic: &H, config: &BuildConfig, run: Run<'_>) -> Piece {
+    Builder { heuristic, level: config.level, max_leaf: config.max_leaf.max(1) as usize }.piece(run)
 }
 
 /// Boxes around many references, by all threads.
@@ -56,11 +63,11 @@ struct Builder<'a, H> {
 }
 
 /// A run of references, room of the same size, and the place of its numbers in the finished order.
-struct Run<'a> {
-    here: &'a mut [Reference],
-    there: &'a mut [Reference],
-    prims: &'a mut [u32],
-    depth: u32,
+pub(super) struct Run<'a> {
+    pub(super) here: &'a mut [Reference],
+    pub(super) there: &'a mut [Reference],
+    pub(super) prims: &'a mut [u32],
+    pub(super) depth: u32,
 }
 
 impl<H: Heuristic> Builder<'_, H> {
@@ -273,6 +280,14 @@ impl<H: Heuristic> Kernel for Subtree<'_, '_, H> {
     }
 }
 
+/// Whether the boxes of a run are small beside the box around them, so that it may pay to part them where one leaf can hold
+/// them all.
+#[inline(always)]
+fn is_sparse(references: &[Reference], bounds: &RunBounds) -> bool {
+    let areas: f32 = references.iter().map(|r| packed_half_area(r.lanes())).sum();
+    areas < SPARSE * packed_half_area(&bounds.boxes)
+}
+
 /// What becomes of a run.
 enum Division {
     Leaf,
@@ -298,20 +313,29 @@ impl<H: Heuristic> Builder<'_, H> {
             return Division::Leaf;
         }
         let may_be_leaf = count <= self.max_leaf;
-        let found = if depth < MAX_HEURISTIC_DEPTH {
-            let figures = self.heuristic.gather(simd, here, bounds, count);
-            self.heuristic.try_split(simd, &figures, bounds, count)
+        if depth >= MAX_HEURISTIC_DEPTH {
+            return if may_be_leaf {
+                Division::Leaf
+            } else {
+                Division::Parts { left: count / 2, moved: false }
+            };
+        }
+        if may_be_leaf && !is_sparse(here, bounds) {
+            return Division::Leaf;
+        }
+        let found = if count <= FEW {
+            self.heuristic.part_few(simd, here, there, bounds)
         } else {
-            None
+            let figures = self.heuristic.gather(simd, here, bounds, count);
+            let split = self.heuristic.try_split(simd, &figures, bounds, count);
+            split.map(|(split, cost)| (self.scatter(simd, &split, here, there), cost))
         };
         match found {
             Some((_, cost)) if may_be_leaf && cost >= self.heuristic.leaf_cost(bounds, count) => {
                 Division::Leaf
             }
-            Some((split, _)) => match self.scatter(simd, &split, here, there) {
-                left if left == 0 || left == count => Division::Parts { left: count / 2, moved: true },
-                left => Division::Parts { left, moved: true },
-            },
+            Some((left, _)) if left == 0 || left == count => Division::Parts { left: count / 2, moved: true },
+            Some((left, _)) => Division::Parts { left, moved: true },
             None if may_be_leaf => Division::Leaf,
             None => Division::Parts { left: count / 2, moved: false },
         }

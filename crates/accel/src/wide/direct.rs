@@ -10,7 +10,7 @@ use crate::build::{Boxes, CODE_BITS, Leaves, MortonTree, PORTIONS, codes};
 use crate::memory::Pages;
 use crate::quality::quality_of;
 use crate::sort::{Pair, payload, radix_sort};
-use crate::{BuildConfig, Node, Quality, Scratch};
+use crate::{BuildConfig, Node, Quality, Reference, Scratch};
 use vastlight_math::{Aabb, Vec3};
 use vastlight_simd::Simd8;
 
@@ -27,16 +27,13 @@ pub(super) struct Direct {
     pub(super) quality: Quality,
 }
 
-/// Builds the tree `kind` over the mesh, whose vertices are in `around`; none where triangles may have to be cut first, or
-/// clusters are too small.
-pub(super) fn build(
+/// The Morton codes of the triangles, sorted; `around` holds all vertices. None where triangles may have to be cut first.
+pub(super) fn sorted_codes<'a>(
     mesh: &Scaled<'_>,
     around: &Aabb,
-    kind: MortonTree,
     config: &BuildConfig,
-    scratch: &mut Scratch,
-    clock: &mut Clock,
-) -> Option<Direct> {
+    scratch: &'a mut Scratch,
+) -> Option<&'a [Pair]> {
     let count = mesh.mesh.triangles.len();
     if count == 0 || count >= 1 << 31 {
         return None;
@@ -51,9 +48,18 @@ pub(super) fn build(
         // Vertices far away, of no triangle perhaps, would leave few cells to the others.
         codes(mesh, &extents.centers, config.level, pairs);
     }
-    clock.lap("codes");
-    let sorted = radix_sort(pairs, spare, CODE_BITS);
-    clock.lap("sort");
+    Some(radix_sort(pairs, spare, CODE_BITS))
+}
+
+/// Builds the tree `kind` over the triangles of sorted codes; none where clusters are too small.
+pub(super) fn build(
+    mesh: &Scaled<'_>,
+    sorted: &[Pair],
+    kind: MortonTree,
+    config: &BuildConfig,
+    clock: &mut Clock,
+) -> Option<Direct> {
+    let count = sorted.len();
     let mut forest = kind.forest(sorted, config);
     if forest.leaves() * FEWEST > count {
         // Leaves of small clusters are better joined, which this way cannot do.
@@ -95,6 +101,25 @@ impl Boxes for Scaled<'_> {
         }
         boxes
     }
+
+    #[inline(always)]
+    fn one(&self, i: u32) -> Reference {
+        let [a, b, c] = self.corners(i);
+        Reference::finite(&Aabb { min: a.min(b).min(c), max: a.max(b).max(c) }, i)
+    }
+
+    #[inline(always)]
+    fn prefetch<S: Simd8>(&self, simd: S, pairs: &[Pair], place: usize) {
+        let MeshView { positions, triangles } = *self.mesh;
+        if let Some(&pair) = pairs.get(place + INDICES_AHEAD) {
+            simd.prefetch::<1>(triangles.as_ptr().wrapping_add(payload(pair) as usize).cast());
+        }
+        if let Some(&pair) = pairs.get(place + CORNERS_AHEAD) {
+            for corner in triangles[payload(pair) as usize] {
+                simd.prefetch::<1>(positions.as_ptr().wrapping_add(corner as usize).cast());
+            }
+        }
+    }
 }
 
 /// Leaves as blocks, numbered through.
@@ -118,20 +143,12 @@ impl Leaves for Blocks<'_> {
         run: &[Pair],
         blocks: &mut [Block8],
     ) -> S::F {
-        let MeshView { positions, triangles } = *self.mesh.mesh;
         let range = node.first as usize..(node.first + node.count.min(8)) as usize;
         node.first = number as u32;
         let mut block = Block8::EMPTY;
         let mut around = Aabb::EMPTY;
         for (lane, place) in range.enumerate() {
-            if let Some(&pair) = run.get(place + INDICES_AHEAD) {
-                simd.prefetch::<1>(triangles.as_ptr().wrapping_add(payload(pair) as usize).cast());
-            }
-            if let Some(&pair) = run.get(place + CORNERS_AHEAD) {
-                for corner in triangles[payload(pair) as usize] {
-                    simd.prefetch::<1>(positions.as_ptr().wrapping_add(corner as usize).cast());
-                }
-            }
+            self.mesh.prefetch(simd, run, place);
             let prim = payload(run[place]);
             let corners = self.mesh.corners(prim);
             block.set(lane, prim, corners);

@@ -1,9 +1,9 @@
 //! The tree of one mesh: wide nodes over blocks of triangles.
 
 use super::collapse::{emit, plan};
-use super::direct;
+use super::direct::{self, Direct};
 use super::{Block8, ChildRef, Node8};
-use crate::build::{MortonTree, clip_triangle, resolve};
+use crate::build::{CLUSTERED, MortonTree, NAMES, build_clustered, clip_triangle, resolve};
 use crate::memory::Pages;
 use crate::{BinaryTree, BuildConfig, BuildError, Clip, Quality, Reference, Scratch, build, quality};
 use rayon::prelude::*;
@@ -60,6 +60,28 @@ impl Scaled<'_> {
     #[inline(always)]
     pub(super) fn corners(&self, triangle: u32) -> [Vec3; 3] {
         self.mesh.corners(triangle).map(|p| p * self.scale)
+    }
+}
+
+impl Scaled<'_> {
+    /// The tree over references to all triangles, or to parts of them.
+    fn tree_over_references(
+        &self,
+        name: &str,
+        config: &BuildConfig,
+        scratch: &mut Scratch,
+        clock: &mut Clock,
+    ) -> Result<BinaryTree, BuildError> {
+        let mut references = std::mem::take(&mut scratch.references);
+        (0..self.mesh.triangles.len() as u32)
+            .into_par_iter()
+            .with_min_len(1 << 12)
+            .map(|i| Reference::new(&Aabb::from_points(self.corners(i)), i))
+            .collect_into_vec(&mut references);
+        clock.lap("references");
+        let tree = build(name, &mut references, Some(self), config, scratch)?;
+        scratch.references = references;
+        Ok(tree)
     }
 }
 
@@ -122,52 +144,59 @@ impl MeshBvh {
         let scaled = Scaled { mesh, scale };
         let extent = extent(&bounds) * scale;
         let around = Aabb { min: bounds.min * scale, max: bounds.max * scale };
-        if let Some(kind) = MortonTree::of_builder(resolve(name)?)
-            && config.optimize == 0
-            && let Some(built) = direct::build(&scaled, &around, kind, &config, scratch, &mut clock)
-        {
-            let direct::Direct { nodes, blocks, root, levels, bounds, quality } = built;
-            let bvh = Self { nodes, blocks, root, levels, bounds, extent, scale };
-            return Ok((bvh, MeshBuild { triangles: mesh.triangles.len(), quality, stages: clock.stages }));
-        }
-        let mut references = std::mem::take(&mut scratch.references);
-        (0..mesh.triangles.len() as u32)
-            .into_par_iter()
-            .with_min_len(1 << 12)
-            .map(|i| Reference::new(&Aabb::from_points(scaled.corners(i)), i))
-            .collect_into_vec(&mut references);
-        clock.lap("references");
-        let tree = build(name, &mut references, Some(&scaled), &config, scratch)?;
-        scratch.references = references;
-        clock.lap("tree");
-        let plan = plan(&tree.nodes, config.max_leaf, config.level);
-        clock.lap("collapse");
-        let mut nodes = Pages::zeroed(plan.nodes.len());
-        let mut blocks = Pages::zeroed(plan.leaves.len());
-        emit(&plan, &mut nodes, |binary| tree.nodes[binary as usize].bounds, |leaf| leaf);
-        blocks.par_chunks_mut(BLOCKS).zip(plan.leaves.par_chunks(BLOCKS)).for_each(|(blocks, leaves)| {
-            config.level.dispatch(Fill { mesh, scale, tree: &tree, leaves, blocks });
-        });
-        clock.lap("emit");
-        let bvh = Self {
-            nodes,
-            blocks,
-            root: plan.root,
-            levels: plan.levels,
-            bounds: tree.bounds(),
-            extent,
-            scale,
+        let name = resolve(name)?;
+        let kind = MortonTree::of_builder(name);
+        let clustered = name == NAMES[0] && mesh.triangles.len() >= CLUSTERED;
+        let sorted = if clustered || kind.is_some() && config.optimize == 0 {
+            direct::sorted_codes(&scaled, &around, &config, scratch)
+        } else {
+            None
         };
-        Ok((
-            bvh,
-            MeshBuild { triangles: mesh.triangles.len(), quality: quality(&tree), stages: clock.stages },
-        ))
+        clock.lap("codes");
+        let built = |built: Direct, stages| {
+            let Direct { nodes, blocks, root, levels, bounds, quality } = built;
+            let bvh = Self { nodes, blocks, root, levels, bounds, extent, scale };
+            (bvh, MeshBuild { triangles: mesh.triangles.len(), quality, stages })
+        };
+        if let (Some(sorted), Some(kind)) = (sorted, kind)
+            && let Some(direct) = direct::build(&scaled, sorted, kind, &config, &mut clock)
+        {
+            return Ok(built(direct, clock.stages));
+        }
+        let tree = match sorted {
+            Some(sorted) if clustered => build_clustered(&scaled, sorted, &config),
+            _ => scaled.tree_over_references(name, &config, scratch, &mut clock)?,
+        };
+        clock.lap("tree");
+        let direct = over_tree(&scaled, &tree, &config, &mut clock);
+        Ok(built(direct, clock.stages))
     }
 
     /// Memory of nodes and blocks.
     #[must_use]
     pub fn bytes(&self) -> usize {
         size_of_val(&self.nodes[..]) + size_of_val(&self.blocks[..])
+    }
+}
+
+/// The wide tree over a binary one.
+fn over_tree(mesh: &Scaled<'_>, tree: &BinaryTree, config: &BuildConfig, clock: &mut Clock) -> Direct {
+    let plan = plan(&tree.nodes, config.max_leaf, config.level);
+    clock.lap("collapse");
+    let mut nodes = Pages::zeroed(plan.nodes.len());
+    let mut blocks = Pages::zeroed(plan.leaves.len());
+    emit(&plan, &mut nodes, |binary| tree.nodes[binary as usize].bounds, |leaf| leaf);
+    blocks.par_chunks_mut(BLOCKS).zip(plan.leaves.par_chunks(BLOCKS)).for_each(|(blocks, leaves)| {
+        config.level.dispatch(Fill { mesh: mesh.mesh, scale: mesh.scale, tree, leaves, blocks });
+    });
+    clock.lap("emit");
+    Direct {
+        nodes,
+        blocks,
+        root: plan.root,
+        levels: plan.levels,
+        bounds: tree.bounds(),
+        quality: quality(tree),
     }
 }
 
