@@ -248,7 +248,8 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
     let sorted: Vec<_> = both.map(|line| (line["sorted"].as_bool(), line["sum_t"].as_f64())).collect();
     assert_eq!(sorted, [(Some(false), trace["sum_t"].as_f64()), (Some(true), trace["sum_t"].as_f64())]);
     let build = line("bench build demo:cornell --repeat 1");
-    let fields = "bench accel triangles references nodes build_ms mtri_per_s cost peak_bytes stages";
+    let fields = "bench accel triangles references nodes build_ms cpu_ms mtri_per_s cost depth overlap bytes \
+                  peak_build_bytes peak_build_bytes_per_triangle peak_rss_bytes stages";
     fields.split(' ').for_each(|f| assert!(!build[f].is_null(), "{f}: {build}"));
     let path = line("bench path demo:cornell -r 16x16 --spp 2");
     let fields = "bench device msamples_per_s first_image_ms";

@@ -1,7 +1,8 @@
 //! What `bench trace` and `bench build` do: read a ray file, trace it several times, give the figures.
 
 use crate::sort::{RaySorter, SortRays, SortReport};
-use crate::{Hit, TraceError, Tracer, TracerConfig};
+use crate::usage::{cpu_ms, peak_growth};
+use crate::{BuildReport, Hit, TraceError, Tracer, TracerConfig};
 use vastlight_math::{Ray, Vec3};
 use vastlight_scene::Scene;
 
@@ -112,24 +113,41 @@ pub struct BuildFigures {
     pub nodes: u64,
     /// Best time in milliseconds.
     pub build_ms: f64,
+    /// Least processor time of a build, all threads together, in milliseconds; none where the system does not say.
+    pub cpu_ms: Option<f64>,
     /// Millions of triangles a second in the best build.
     pub mtri_per_s: f64,
     /// `C(root)`.
     pub cost: f64,
+    /// Nodes on the longest way from the root to a leaf.
+    pub depth: u64,
+    /// Overlap of siblings.
+    pub overlap: f64,
     /// Memory that the finished structures keep.
     pub bytes: u64,
+    /// By how much the process's resident memory grew during the first build, at its peak: the structures and what a build
+    /// needs besides. None where the system does not say.
+    pub peak_build_bytes: Option<u64>,
     /// Stages of the best build in milliseconds.
     pub stages: Vec<(&'static str, f64)>,
 }
 
-/// Builds `repeat` times (at least once) with the threads of the current pool.
+/// Builds once and measures trees and memory, then `repeat` times (at least once) and measures time, with the threads of
+/// the current pool.
 ///
 /// # Errors
 /// Those of [`Tracer::new`].
 pub fn build(scene: &Scene, config: &TracerConfig, repeat: u32) -> Result<BuildFigures, TraceError> {
-    let mut best = Tracer::new(scene, config)?.report().clone();
-    for _ in 1..repeat.max(1) {
+    let measuring = TracerConfig { measure: true, ..config.clone() };
+    let (measured, peak_build_bytes) = peak_growth(|| Tracer::new(scene, &measuring));
+    let measured = measured?.report().clone();
+    let (mut best, mut best_cpu) = (BuildReport { build_ms: f64::INFINITY, ..BuildReport::default() }, None);
+    for _ in 0..repeat.max(1) {
+        let before = cpu_ms();
         let tracer = Tracer::new(scene, config)?;
+        if let (Some(before), Some(after)) = (before, cpu_ms()) {
+            best_cpu = Some((after - before).min(best_cpu.unwrap_or(f64::INFINITY)));
+        }
         if tracer.report().build_ms < best.build_ms {
             best = tracer.report().clone();
         }
@@ -140,9 +158,13 @@ pub fn build(scene: &Scene, config: &TracerConfig, repeat: u32) -> Result<BuildF
         references: best.references,
         nodes: best.nodes,
         build_ms: best.build_ms,
+        cpu_ms: best_cpu,
         mtri_per_s: best.triangles as f64 / best.build_ms / 1e3,
-        cost: best.cost,
+        cost: measured.cost,
+        depth: measured.depth,
+        overlap: measured.overlap,
         bytes: best.bytes,
+        peak_build_bytes,
         stages: best.stages,
     })
 }

@@ -13,6 +13,7 @@ mod reach;
 pub mod sort;
 pub mod stream;
 mod tracer;
+mod usage;
 mod walk;
 
 pub use hit::{AcceptAll, Hit, HitFilter};

@@ -24,6 +24,8 @@ pub struct TracerConfig {
     pub split_budget: Option<f32>,
     /// Rounds of reinsertion after the build, see [`BuildConfig::optimize`].
     pub optimize: u32,
+    /// Measure trees over meshes: [`BuildReport::cost`] and what follows it.
+    pub measure: bool,
     /// Instructions to use; none for the best of the machine.
     pub level: Option<Level>,
     /// Trace every ray by itself, also those that go the same way: to measure what bundles are worth.
@@ -53,8 +55,13 @@ pub struct BuildReport {
     pub references: u64,
     /// Memory of all structures, with the triangles' positions and instances.
     pub bytes: u64,
-    /// `C(root)`, see `vastlight_accel::Quality`; an instance costs what its mesh's tree costs.
+    /// `C(root)`, see `vastlight_accel::Quality`; an instance costs what its mesh's tree costs. This and the next two are
+    /// zero where the trees were not measured, and the last two where they are kd-trees.
     pub cost: f64,
+    /// Nodes on the longest way from the root through an instance to a leaf.
+    pub depth: u64,
+    /// Overlap of siblings, see `vastlight_accel::Quality`; the mean over meshes, weighted by nodes.
+    pub overlap: f64,
     /// Milliseconds by stage; where meshes are built side by side, their sum.
     pub stages: Vec<(&'static str, f64)>,
 }
@@ -92,7 +99,8 @@ impl Tracer {
         let accel = resolve(&config.accel)?;
         let level = config.level.unwrap_or_default();
         let (split_budget, optimize) = (config.split_budget, config.optimize);
-        let build = BuildConfig { level, split_budget, optimize, ..BuildConfig::default() };
+        let measure = config.measure;
+        let build = BuildConfig { level, split_budget, optimize, measure, ..BuildConfig::default() };
         let built = build_meshes(scene, accel, &build)?;
         let (meshes, builds): (Vec<_>, Vec<_>) = built.into_iter().unzip();
         let meshes_done = Instant::now();
@@ -113,6 +121,8 @@ impl Tracer {
             references: builds.iter().map(|b| b.quality.references as u64).sum(),
             bytes: bytes as u64,
             cost: top.quality.cost,
+            depth: if measure { depth(&builds, &top) } else { 0 },
+            overlap: overlap(&builds),
             stages,
         };
         let stack_entries = stack_entries(top.levels + meshes.iter().map(|m| m.levels).max().unwrap_or(0));
@@ -154,6 +164,8 @@ impl Tracer {
             references: kd.references(),
             bytes: (kd.bytes() + size_of_val(&placed[..])) as u64,
             cost: kd.cost(),
+            depth: 0,
+            overlap: 0.0,
             stages,
         };
         Ok(Self {
@@ -262,6 +274,19 @@ pub(crate) fn view(mesh: Option<&Mesh>) -> MeshView<'_> {
         positions: &m.positions,
         triangles: &m.triangles,
     })
+}
+
+/// Nodes on the longest way down, through both levels.
+fn depth(builds: &[MeshBuild], top: &TopBvh) -> u64 {
+    let deepest = builds.iter().map(|b| b.quality.depth).max().unwrap_or(0);
+    (top.quality.depth + deepest) as u64
+}
+
+/// The overlap of siblings over all meshes.
+fn overlap(builds: &[MeshBuild]) -> f64 {
+    let nodes: usize = builds.iter().map(|b| b.quality.nodes).sum();
+    let sum: f64 = builds.iter().map(|b| b.quality.overlap * b.quality.nodes as f64).sum();
+    sum / nodes.max(1) as f64
 }
 
 fn sum_stages(builds: &[MeshBuild], top: Duration) -> Vec<(&'static str, f64)> {

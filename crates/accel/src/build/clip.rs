@@ -11,6 +11,49 @@ pub trait Clip: Sync {
     /// The box of the part of primitive `prim` inside `bounds`: contains all of that part, reaches nowhere beyond
     /// `bounds`, and is empty only if there is no such part.
     fn clip(&self, prim: u32, bounds: &Aabb) -> Aabb;
+
+    /// The boxes of the parts of primitive `prim` inside `bounds` between planes, which rise along `axis` within the bounds:
+    /// one more than there are planes. They serve to compare planes and may be a little off.
+    fn slabs(&self, prim: u32, bounds: &Aabb, axis: usize, planes: &[f32], parts: &mut [Aabb]) {
+        for (i, part) in parts.iter_mut().enumerate().take(planes.len() + 1) {
+            let mut slab = *bounds;
+            if i > 0 {
+                slab.min[axis] = planes[i - 1];
+            }
+            if let Some(&plane) = planes.get(i) {
+                slab.max[axis] = plane;
+            }
+            *part = self.clip(prim, &slab);
+        }
+    }
+}
+
+/// The boxes that [`Clip::slabs`] gives of a triangle: each holds the corners between its planes and the triangle's cross
+/// sections with both, as far as they are inside the bounds.
+pub(crate) fn triangle_slabs(
+    corners: [Vec3; 3],
+    bounds: &Aabb,
+    axis: usize,
+    planes: &[f32],
+    parts: &mut [Aabb],
+) {
+    let parts = &mut parts[..=planes.len()];
+    parts.fill(Aabb::EMPTY);
+    let slab_of = |corner: Vec3| planes.iter().map(|&plane| usize::from(plane < corner[axis])).sum::<usize>();
+    let slabs = corners.map(slab_of);
+    for (corner, slab) in corners.into_iter().zip(slabs) {
+        parts[slab] = parts[slab].grow(corner);
+    }
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let (i, j) = if slabs[i] < slabs[j] { (i, j) } else { (j, i) };
+        let (from, to) = (corners[i], corners[j]);
+        let along = (to - from) / (to[axis] - from[axis]);
+        for slab in slabs[i]..slabs[j] {
+            let point = from + along * (planes[slab] - from[axis]);
+            (parts[slab], parts[slab + 1]) = (parts[slab].grow(point), parts[slab + 1].grow(point));
+        }
+    }
+    parts.iter_mut().for_each(|part| *part = part.intersection(*bounds));
 }
 
 /// Slack in units of the largest coordinate, 2^-44.
@@ -129,6 +172,31 @@ mod tests {
             prop_assert_eq!((left.max.x, right.min.x), (at, at));
             prop_assert_eq!(left.union(right), whole);
         }
+    }
+
+    #[test]
+    fn slabs_are_the_parts_between_planes_but_for_rounding() {
+        let mut compared = 0;
+        let number = |i: u32| (i.wrapping_mul(2_654_435_761) >> 8) as f32 / 8_388_608.0 - 1.0;
+        for i in 0..3000 {
+            let corner = |k: u32| Vec3::new(number(9 * i + k), number(9 * i + k + 3), number(9 * i + k + 6));
+            let corners = [corner(0), corner(1), corner(2)];
+            let bounds = Aabb::from_points(corners);
+            let axis = i as usize % 3;
+            let planes = [0.2, 0.5, 0.7].map(|t| bounds.min[axis] + t * bounds.size()[axis]);
+            let mut parts = [Aabb::EMPTY; 5];
+            triangle_slabs(corners, &bounds, axis, &planes, &mut parts);
+            for (k, part) in parts.iter().enumerate().take(4) {
+                let mut slab = bounds;
+                slab.min[axis] = if k > 0 { planes[k - 1] } else { bounds.min[axis] };
+                slab.max[axis] = if k < 3 { planes[k] } else { bounds.max[axis] };
+                let exact = clip_triangle(corners, &slab);
+                let off = (part.min - exact.min).abs().max((part.max - exact.max).abs()).max_element();
+                assert!(off < 1e-5, "{corners:?} {axis} {k}: {part:?} {exact:?}");
+                compared += 1;
+            }
+        }
+        assert_eq!(compared, 12_000);
     }
 
     #[test]

@@ -166,23 +166,26 @@ impl Builder<'_> {
             return None;
         }
         let bin = |x: f32| (((x - start) / width) as usize).min(BINS - 1);
-        let at = |bin: usize| start + width * bin as f32;
+        let at: [f32; BINS + 1] = std::array::from_fn(|bin| start + width * bin as f32);
         let mut bins = [Bin { bounds: Aabb::EMPTY, enter: 0, leave: 0 }; BINS];
+        let mut parts = [Aabb::EMPTY; BINS];
         for reference in references {
             let bounds = reference.bounds();
             let (first, last) = (bin(bounds.min[axis]), bin(bounds.max[axis]));
             bins[first].enter += 1;
             bins[last].leave += 1;
-            for (i, bin) in bins.iter_mut().enumerate().take(last + 1).skip(first) {
-                let mut slab = bounds;
-                slab.min[axis] = if i == first { bounds.min[axis] } else { at(i) };
-                slab.max[axis] = if i == last { bounds.max[axis] } else { at(i + 1) };
-                let part = if first == last { bounds } else { self.part(reference, &slab) };
-                bin.bounds = bin.bounds.union(part);
+            match self.clip {
+                Some(clip) if first < last => {
+                    clip.slabs(reference.prim(), &bounds, axis, &at[first + 1..=last], &mut parts);
+                }
+                _ => parts[..=last - first].fill(bounds),
+            }
+            for (bin, part) in bins[first..=last].iter_mut().zip(&parts) {
+                bin.bounds = bin.bounds.union(*part);
             }
         }
         let (last, cost) = self.cheapest(&bins)?;
-        Some(Plane { axis, at: at(last + 1), cost })
+        Some(Plane { axis, at: at[last + 1], cost })
     }
 
     /// The last bin on the left of the cheapest plane, and its cost.

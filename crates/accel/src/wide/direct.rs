@@ -8,7 +8,7 @@ use super::mesh::{CORNERS_AHEAD, Clock, INDICES_AHEAD, Scaled};
 use super::{Block8, ChildRef, MeshView, Node8};
 use crate::build::{Boxes, CODE_BITS, Leaves, MortonTree, PORTIONS, codes};
 use crate::memory::Pages;
-use crate::quality::quality_of;
+use crate::quality::{counts, quality_of};
 use crate::sort::{Pair, payload, radix_sort};
 use crate::{BuildConfig, Node, Quality, Reference, Scratch};
 use vastlight_math::{Aabb, Vec3};
@@ -79,7 +79,8 @@ pub(super) fn build(
     emit(&plan, &mut wide, |binary| nodes[binary as usize].bounds, leaf);
     clock.lap("emit");
     let root = plan.root.map(|root| if root.is_leaf() { leaf(root) } else { root });
-    let quality = quality_of(&nodes, |leaf| f64::from(leaf.count));
+    let cost = |leaf: &Node| f64::from(leaf.count);
+    let quality = if config.measure { quality_of(&nodes, cost) } else { counts(&nodes) };
     Some(Direct { nodes: wide, blocks, root, levels: plan.levels, bounds: nodes[0].bounds, quality })
 }
 

@@ -3,8 +3,9 @@
 use super::collapse::{emit, plan};
 use super::direct::{self, Direct};
 use super::{Block8, ChildRef, Node8};
-use crate::build::{CLUSTERED, MortonTree, NAMES, build_clustered, clip_triangle, resolve};
+use crate::build::{CLUSTERED, MortonTree, NAMES, build_clustered, clip_triangle, resolve, triangle_slabs};
 use crate::memory::Pages;
+use crate::quality::counts;
 use crate::{BinaryTree, BuildConfig, BuildError, Clip, Quality, Reference, Scratch, build, quality};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
@@ -89,6 +90,10 @@ impl Clip for Scaled<'_> {
     fn clip(&self, prim: u32, bounds: &Aabb) -> Aabb {
         clip_triangle(self.corners(prim), bounds)
     }
+
+    fn slabs(&self, prim: u32, bounds: &Aabb, axis: usize, planes: &[f32], parts: &mut [Aabb]) {
+        triangle_slabs(self.corners(prim), bounds, axis, planes, parts);
+    }
 }
 
 /// The largest absolute coordinate of a box; zero for an empty one.
@@ -120,7 +125,7 @@ pub struct MeshBvh {
 pub struct MeshBuild {
     /// Triangles of the mesh.
     pub triangles: usize,
-    /// Of the binary tree.
+    /// Of the binary tree: counts of nodes and references; the rest only with [`BuildConfig::measure`].
     pub quality: Quality,
     /// Time by stage.
     pub stages: Vec<(&'static str, Duration)>,
@@ -190,14 +195,8 @@ fn over_tree(mesh: &Scaled<'_>, tree: &BinaryTree, config: &BuildConfig, clock: 
         config.level.dispatch(Fill { mesh: mesh.mesh, scale: mesh.scale, tree, leaves, blocks });
     });
     clock.lap("emit");
-    Direct {
-        nodes,
-        blocks,
-        root: plan.root,
-        levels: plan.levels,
-        bounds: tree.bounds(),
-        quality: quality(tree),
-    }
+    let quality = if config.measure { quality(tree) } else { counts(&tree.nodes) };
+    Direct { nodes, blocks, root: plan.root, levels: plan.levels, bounds: tree.bounds(), quality }
 }
 
 /// Blocks that one thread fills at a time.

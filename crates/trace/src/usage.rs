@@ -1,0 +1,48 @@
+//! What work takes of the machine: memory at its peak, processor time. Read from the proc file system, where there is one.
+
+use std::fs;
+
+/// Does the work; gives with its answer by how much the resident memory of the process grew meanwhile, in bytes, at most.
+/// Memory that was resident and free before counts as none, so measure before other work frees much.
+pub(crate) fn peak_growth<T>(work: impl FnOnce() -> T) -> (T, Option<u64>) {
+    // "5" makes the peak what is resident now.
+    let reset = fs::write("/proc/self/clear_refs", "5").ok();
+    let before = reset.and_then(|()| kilobytes("VmRSS:"));
+    let done = work();
+    let growth = before.and_then(|before| Some(1024 * kilobytes("VmHWM:")?.saturating_sub(before)));
+    (done, growth)
+}
+
+/// A line of the process's status.
+fn kilobytes(key: &str) -> Option<u64> {
+    let text = fs::read_to_string("/proc/self/status").ok()?;
+    let value = text.lines().find_map(|line| line.strip_prefix(key))?;
+    value.trim().strip_suffix("kB")?.trim().parse().ok()
+}
+
+/// Processor time of all threads that are alive, in milliseconds. Unlike the time on the wall it hardly depends on what
+/// else the machine does.
+pub(crate) fn cpu_ms() -> Option<f64> {
+    let mut nanoseconds = 0;
+    for task in fs::read_dir("/proc/self/task").ok()? {
+        let text = fs::read_to_string(task.ok()?.path().join("schedstat")).ok()?;
+        nanoseconds += text.split(' ').next()?.parse::<u64>().ok()?;
+    }
+    Some(nanoseconds as f64 / 1e6)
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn memory_and_time_that_work_takes_are_seen() {
+        let touch = |bytes: usize| (0..bytes).map(|i| i as u8 | 1).collect::<Vec<u8>>();
+        let (kept, grown) = peak_growth(|| touch(64 << 20));
+        let grown = grown.expect("a proc file system");
+        assert!((60 << 20..90 << 20).contains(&grown), "{grown}, {}", kept.len());
+        assert!(peak_growth(|| kept.len()).1.expect("as before") < 8 << 20);
+        let before = cpu_ms().expect("a proc file system");
+        assert!(touch(32 << 20).iter().all(|&x| x > 0) && cpu_ms().expect("as before") >= before);
+    }
+}
