@@ -9,6 +9,7 @@ mod flight;
 mod hit;
 mod instance;
 mod kd;
+mod patch;
 mod reach;
 pub mod sort;
 pub mod stream;

@@ -2,6 +2,7 @@
 
 use crate::instance::{MeshSpace, Placed, Places};
 use crate::kd::{KdBatch, KdScene};
+use crate::patch::{ROWS, rows};
 use crate::walk::Batch;
 use crate::{AcceptAll, Hit, HitFilter};
 use rayon::prelude::*;
@@ -219,13 +220,15 @@ impl Tracer {
     /// [`Tracer::closest`] without filter, with all threads of the current pool.
     pub fn closest_parallel(&self, rays: &[Ray], hits: &mut [Hit]) {
         let work = |(rays, hits): (&[Ray], &mut [Hit])| self.closest(rays, &AcceptAll, hits);
-        rays.par_chunks(PARALLEL_CHUNK).zip(hits.par_chunks_mut(PARALLEL_CHUNK)).for_each(work);
+        let chunk = parallel_chunk(rays);
+        rays.par_chunks(chunk).zip(hits.par_chunks_mut(chunk)).for_each(work);
     }
 
     /// [`Tracer::occluded`] without filter, with all threads of the current pool.
     pub fn occluded_parallel(&self, rays: &[Ray], occluded: &mut [bool]) {
         let work = |(rays, occluded): (&[Ray], &mut [bool])| self.occluded(rays, &AcceptAll, occluded);
-        rays.par_chunks(PARALLEL_CHUNK).zip(occluded.par_chunks_mut(PARALLEL_CHUNK)).for_each(work);
+        let chunk = parallel_chunk(rays);
+        rays.par_chunks(chunk).zip(occluded.par_chunks_mut(chunk)).for_each(work);
     }
 
     /// Around all that rays can hit.
@@ -247,8 +250,18 @@ impl Tracer {
     }
 }
 
-/// Rays that one thread takes at a time.
+/// Rays that one thread takes at a time, where they stand in no rows.
 const PARALLEL_CHUNK: usize = 4096;
+/// Most rays of rows that one thread takes at a time.
+const LARGEST_CHUNK: usize = 1 << 16;
+
+/// How many rays one thread takes at a time: whole patches of rows, where there are rows.
+pub(crate) fn parallel_chunk(rays: &[Ray]) -> usize {
+    match rows(&rays[..rays.len().min(LARGEST_CHUNK)]) {
+        Some((0, length)) if length * ROWS <= LARGEST_CHUNK => length * ROWS,
+        _ => PARALLEL_CHUNK,
+    }
+}
 
 /// The structures of all meshes; those that no instance uses stay empty.
 fn build_meshes(

@@ -1,14 +1,15 @@
 //! Batches of rays on one thread: in bundles, one flight after the other, or several flights that take turns.
 //!
-//! Rays that follow each other and go much the same way are tried as a bundle. If that turns out to be work, the next
+//! Rays that follow each other and go much the same way, or stand below each other in rows of a picture, are tried as a bundle. If that turns out to be work, the next
 //! ones fly alone for a while.
 //!
 //! Taking turns hides the time that memory needs, but it mixes up what the processor has learnt about branches. So it pays
 //! where ways are short and memory is what they wait for, and costs where ways are long: rays whose neighbours
 //! needed few steps take turns, others do not.
 
-use crate::bundle::{self, Bundle, Job};
+use crate::bundle::{self, Bundle, Job, RAYS};
 use crate::flight::Flight;
+use crate::patch::{self, Patch};
 use crate::{Hit, HitFilter, Tracer};
 use std::ops::Range;
 use vastlight_accel::wide::traverse::Entry;
@@ -71,30 +72,36 @@ impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> 
             Flight::grounded(simd, g),
             Flight::grounded(simd, h),
         ];
-        let (mut first, mut span, mut short) = (0, FIRST_SPAN, false);
+        let (mut span, mut short) = (FIRST_SPAN, false);
         // Its memory is worth its while only where rays do go together.
         let mut bundle = None;
-        let (mut alone, mut alone_until) = (FIRST_ALONE, 0);
-        while first < self.rays.len() {
-            let try_bundle = self.tracer.bundles && first >= alone_until;
-            let count = if try_bundle { bundle::count(&self.rays[first..]) } else { 0 };
-            if count > 0 {
-                if self.in_bundle(simd, first..first + count, bundle.get_or_insert_default()) {
-                    (first, alone) = (first + count, FIRST_ALONE);
-                    continue;
+        let (mut alone, mut still_alone) = (FIRST_ALONE, 0);
+        let bundles = self.tracer.bundles;
+        let rows = if bundles { patch::rows(self.rays) } else { None };
+        for strip in patch::strips(self.rays.len(), rows) {
+            let mut column = 0;
+            while let Some(patch) = strip.patch(column, RAYS) {
+                let try_bundle = bundles && still_alone == 0;
+                let count = if try_bundle { bundle::count(self.rays, &patch) } else { 0 };
+                if count == patch.count || count > 0 && strip.is_row() {
+                    let patch = patch.truncated(count);
+                    if self.in_bundle(simd, patch, bundle.get_or_insert_default()) {
+                        (column, alone) = (strip.behind(column, count), FIRST_ALONE);
+                        continue;
+                    }
+                    still_alone = alone;
+                    alone *= 4;
                 }
-                alone_until = first + alone;
-                alone *= 4;
+                let Some(patch) = strip.patch(column, span) else { break };
+                column = strip.behind(column, patch.count);
+                still_alone = still_alone.saturating_sub(patch.count);
+                let steps = if short {
+                    self.in_turns(simd, patch, &mut flights)
+                } else {
+                    self.one_by_one(simd, patch, &mut flights[0])
+                };
+                (span, short) = (SPAN, steps < patch.count * SHORT_WAY);
             }
-            let range = first..(first + span).min(self.rays.len());
-            let count = range.len();
-            first = range.end;
-            let steps = if short {
-                self.in_turns(simd, range, &mut flights)
-            } else {
-                self.one_by_one(simd, range, &mut flights[0])
-            };
-            (span, short) = (SPAN, steps < count * SHORT_WAY);
         }
     }
 }
@@ -120,20 +127,21 @@ impl Stacks {
 impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
     /// Traces rays as a bundle; false, and nothing answered, if they do not go together.
     #[inline(always)]
-    fn in_bundle<S: Simd8>(&mut self, simd: S, range: Range<usize>, bundle: &mut Bundle) -> bool {
-        let (tracer, filter) = (self.tracer, self.filter);
-        let job: Job<'_, F, ANY> = Job { tracer, first: range.start, rays: &self.rays[range], filter };
+    fn in_bundle<S: Simd8>(&mut self, simd: S, patch: Patch, bundle: &mut Bundle) -> bool {
+        let (tracer, rays, filter) = (self.tracer, self.rays, self.filter);
+        let job: Job<'_, F, ANY> = Job { tracer, rays, patch, filter };
         bundle.trace(simd, &job, &mut self.answers)
     }
 
     /// Flies one ray after the other; gives the number of steps.
     #[inline(always)]
-    fn one_by_one<'f, S: Simd8>(&mut self, simd: S, range: Range<usize>, flight: &mut Flight<'f, S>) -> usize
+    fn one_by_one<'f, S: Simd8>(&mut self, simd: S, patch: Patch, flight: &mut Flight<'f, S>) -> usize
     where
         'a: 'f,
     {
         let before = flight.steps;
-        for index in range {
+        for i in 0..patch.count {
+            let index = patch.index(i);
             let mut flying = flight.start(simd, self.tracer, &self.rays[index], index);
             while flying {
                 flying = flight.step::<F, ANY, true>(simd, self.tracer, self.filter);
@@ -148,15 +156,16 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
     fn in_turns<'f, S: Simd8>(
         &mut self,
         simd: S,
-        mut range: Range<usize>,
+        patch: Patch,
         flights: &mut [Flight<'f, S>; TOGETHER],
     ) -> usize
     where
         'a: 'f,
     {
         let before: usize = flights.iter().map(|f| f.steps).sum();
+        let mut rest = (patch, 0..patch.count);
         let mut flying = 0;
-        while flying < TOGETHER && self.take_off(simd, &mut flights[flying], &mut range) {
+        while flying < TOGETHER && self.take_off(simd, &mut flights[flying], &mut rest) {
             flying += 1;
         }
         while flying > 0 {
@@ -169,7 +178,7 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
                     continue;
                 }
                 self.answers.set(flight.index, &flight.best);
-                if self.take_off(simd, flight, &mut range) {
+                if self.take_off(simd, flight, &mut rest) {
                     turn += 1;
                 } else {
                     flying -= 1;
@@ -180,18 +189,19 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
         flights.iter().map(|f| f.steps).sum::<usize>() - before
     }
 
-    /// Starts a flight with the next ray of the range that has a way to go; false if there is none.
+    /// Starts a flight with the next ray of the rest of a patch that has a way to go; false if there is none.
     #[inline(always)]
     fn take_off<'f, S: Simd8>(
         &mut self,
         simd: S,
         flight: &mut Flight<'f, S>,
-        range: &mut Range<usize>,
+        (patch, rest): &mut (Patch, Range<usize>),
     ) -> bool
     where
         'a: 'f,
     {
-        for index in range.by_ref() {
+        for i in rest.by_ref() {
+            let index = patch.index(i);
             if flight.start(simd, self.tracer, &self.rays[index], index) {
                 flight.prefetch(simd);
                 return true;

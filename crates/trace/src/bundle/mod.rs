@@ -7,6 +7,7 @@
 
 mod space;
 
+use crate::patch::Patch;
 use crate::reach::meet;
 use crate::walk::Answers;
 use crate::{Hit, HitFilter, Tracer};
@@ -17,7 +18,7 @@ use vastlight_math::{Aabb, Ray};
 use vastlight_simd::Simd8;
 
 /// Most rays of a bundle.
-const RAYS: usize = 64;
+pub(crate) const RAYS: usize = 64;
 /// Half of the fewest rays that are worth a bundle.
 const FEWEST: usize = 8;
 /// Groups of eight rays.
@@ -27,26 +28,21 @@ const TESTS_PER_RAY: usize = 24;
 /// Directions of rays that are tried as a bundle differ by at most this part of their length.
 const LARGEST_SPREAD: f32 = 0.25;
 
-/// How many of the first rays may go together: all that fit, half of them if the others lead away, or none.
+/// How many of the first rays of a patch may go together: all that fit, half of them if the others lead away, or none.
 #[inline(always)]
-pub(crate) fn count(rays: &[Ray]) -> usize {
-    let (first, second) = rays[..rays.len().min(RAYS)].split_at(rays.len().min(RAYS).div_ceil(2));
-    let near = directions(first);
+pub(crate) fn count(rays: &[Ray], patch: &Patch) -> usize {
+    let count = patch.count.min(RAYS);
+    let half = count.div_ceil(2);
+    let near = patch.directions(rays, 0..half);
     let spread = |d: &Aabb| d.size().max_element();
     let longest = near.min.abs().max(near.max.abs()).max_element();
-    if first.len() < FEWEST || spread(&near) > LARGEST_SPREAD * longest {
+    if half < FEWEST || spread(&near) > LARGEST_SPREAD * longest {
         0
-    } else if spread(&near.union(directions(second))) > 1.5 * spread(&near) {
-        first.len()
+    } else if spread(&near.union(patch.directions(rays, half..count))) > 1.5 * spread(&near) {
+        half
     } else {
-        first.len() + second.len()
+        count
     }
-}
-
-/// The box around the directions of rays.
-#[inline(always)]
-fn directions(rays: &[Ray]) -> Aabb {
-    rays.iter().fold(Aabb::EMPTY, |around, ray| around.grow(ray.direction))
 }
 
 /// A child that waits: where the first ray may enter it, and its slot.
@@ -107,10 +103,10 @@ impl Default for Bundle {
 /// Rays of a batch that go together.
 pub(crate) struct Job<'a, F, const ANY: bool> {
     pub(crate) tracer: &'a Tracer,
-    /// At most [`RAYS`].
+    /// The batch.
     pub(crate) rays: &'a [Ray],
-    /// Number of the first ray in the batch.
-    pub(crate) first: usize,
+    /// Those of the bundle, at most [`RAYS`].
+    pub(crate) patch: Patch,
     pub(crate) filter: &'a F,
 }
 
@@ -123,9 +119,11 @@ impl Bundle {
         job: &Job<'_, F, ANY>,
         answers: &mut A,
     ) -> bool {
-        self.tests = TESTS_PER_RAY * job.rays.len();
+        let count = job.patch.count.min(RAYS);
+        self.tests = TESTS_PER_RAY * count;
         let mut chosen = 0;
-        for (i, ray) in job.rays.iter().enumerate().take(RAYS) {
+        for i in 0..count {
+            let ray = &job.rays[job.patch.index(i)];
             self.best[i] = Hit::MISS;
             self.reach[i] = ray.t_max;
             let in_order = ray.t_min <= ray.t_max && ray.t_max >= 0.0;
@@ -143,8 +141,8 @@ impl Bundle {
         if self.tests == 0 {
             return false;
         }
-        for (i, hit) in self.best.iter().enumerate().take(job.rays.len()) {
-            answers.set(job.first + i, hit);
+        for (i, hit) in self.best.iter().enumerate().take(count) {
+            answers.set(job.patch.index(i), hit);
         }
         true
     }
@@ -184,7 +182,7 @@ impl Bundle {
     ) {
         let tracer = job.tracer;
         let place = Place { placed: None, extent: tracer.extent, margin_factor: tracer.margin_factor };
-        self.world.load(simd, &place, job.rays, chosen, &self.reach);
+        self.world.load(simd, &place, (job.rays, &job.patch), chosen, &self.reach);
         self.waiting.push(Entry::root(root));
         while let Some(entry) = self.next_leaf::<S, true>(simd, &tracer.top.nodes, 0) {
             let lanes = self.world.meeting(simd, &entry.bounds(&tracer.top.nodes, &Aabb::EMPTY));
@@ -219,7 +217,7 @@ impl Bundle {
         let mesh = &job.tracer.meshes[placed.mesh as usize];
         let (Some(root), true) = (mesh.root, rays != 0) else { return false };
         let place = Place { placed: Some(placed), extent: mesh.extent, margin_factor: 1.0 };
-        self.mesh.load(simd, &place, job.rays, rays, &self.reach);
+        self.mesh.load(simd, &place, (job.rays, &job.patch), rays, &self.reach);
         self.ready = 0;
         let floor = self.waiting.len();
         let mut found_any = false;
@@ -256,7 +254,7 @@ impl Bundle {
             }
             let mut reach = self.mesh.reach(lane);
             let i = self.mesh.member(lane);
-            let ray = (&self.triangles[lane], job.first + i);
+            let ray = (&self.triangles[lane], job.patch.index(i));
             if meet(simd, (block, instance), ray, job.filter, &mut reach, &mut self.best[i]) {
                 self.reach[i] = if ANY { NOWHERE } else { self.best[i].t };
                 self.mesh.shorten(lane, if ANY { NOWHERE } else { reach.t_max });
@@ -304,6 +302,7 @@ fn descend<S: Simd8>(simd: S, space: &Space, nodes: &[Node8], node: ChildRef, wa
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::patch::Strip;
     use vastlight_math::Vec3;
 
     fn rays(direction: impl Fn(usize) -> [f32; 2]) -> Vec<Ray> {
@@ -317,6 +316,8 @@ mod tests {
     #[test]
     fn compact_blocks_go_together_lines_by_half_and_wide_beams_not() {
         let block = rays(|i| [(i % 8) as f32 * 1e-3, (i / 8) as f32 * 1e-3]);
+        let count =
+            |rays: &[Ray]| Strip::row(0..rays.len()).patch(0, RAYS).map_or(0, |p| super::count(rays, &p));
         assert_eq!([count(&block), count(&block[..20]), count(&block[..14])], [64, 20, 0]);
         assert_eq!(count(&rays(|i| [i as f32 * 1e-3, 0.0])), 32);
         assert_eq!(count(&rays(|i| [(i % 7) as f32 * 0.1, 0.0])), 0);

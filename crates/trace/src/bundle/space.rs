@@ -2,6 +2,7 @@
 
 use super::{GROUPS, RAYS};
 use crate::instance::Placed;
+use crate::patch::Patch;
 use crate::reach::Reach;
 use vastlight_accel::ray::{EightRays, ScaledRay, TriangleRay};
 use vastlight_accel::wide::Node8;
@@ -136,13 +137,13 @@ impl Default for Space {
 }
 
 impl Space {
-    /// Takes in the rays whose bit is set in `chosen`, each as far as `reach` says.
+    /// Takes in the rays of a patch whose bit is set in `chosen`, each as far as `reach` says.
     #[inline(always)]
     pub(super) fn load<S: Simd8>(
         &mut self,
         s: S,
         place: &Place<'_>,
-        rays: &[Ray],
+        rays: (&[Ray], &Patch),
         chosen: u64,
         reach: &[f32; RAYS],
     ) {
@@ -158,7 +159,7 @@ impl Space {
 
     /// Rays to lanes; the last group is filled up with a ray that reaches nowhere.
     #[inline(always)]
-    fn copy(&mut self, rays: &[Ray], mut chosen: u64, reach: &[f32; RAYS]) {
+    fn copy(&mut self, (rays, patch): (&[Ray], &Patch), mut chosen: u64, reach: &[f32; RAYS]) {
         let count = chosen.count_ones() as usize;
         self.groups = count.div_ceil(8);
         let mut i = 0;
@@ -167,7 +168,7 @@ impl Space {
                 i = chosen.trailing_zeros() as usize % RAYS;
                 chosen &= chosen - 1;
             }
-            let ray = &rays[i];
+            let ray = &rays[patch.index(i)];
             let (group, place) = (lane / 8 % GROUPS, lane % 8);
             for axis in 0..3 {
                 self.origin[axis][group][place] = ray.origin[axis];

@@ -6,6 +6,7 @@
 
 mod key;
 
+use crate::tracer::parallel_chunk;
 use crate::{AcceptAll, Hit, Tracer};
 use key::Cells;
 use rayon::prelude::*;
@@ -116,7 +117,8 @@ impl RaySorter {
             if sorted {
                 self.trace_sorted((rays, answers), none, &trace);
             } else {
-                let chunks = rays.par_chunks(CHUNK).zip(answers.par_chunks_mut(CHUNK));
+                let chunk = parallel_chunk(rays);
+                let chunks = rays.par_chunks(chunk).zip(answers.par_chunks_mut(chunk));
                 chunks.for_each(|(rays, answers)| trace(rays, answers));
             }
             report.sorted |= sorted;
