@@ -71,13 +71,6 @@ impl Reference {
         self.lanes[7].to_bits() + 1
     }
 
-    /// The same box with another number.
-    #[inline(always)]
-    pub(crate) fn renumbered(mut self, prim: u32) -> Self {
-        self.lanes[3] = f32::from_bits(prim);
-        self
-    }
-
     /// Twice the centre of the box along `axis`.
     #[inline(always)]
     pub(crate) fn twice_center(&self, axis: usize) -> f32 {

@@ -93,7 +93,7 @@ pub(super) fn topology(run: &[Pair], config: &BuildConfig) -> Piece {
 /// Where the highest bit that is not the same in all codes of a sorted run becomes 1; the middle where all codes are the
 /// same.
 #[inline(always)]
-fn split(run: &[Pair]) -> usize {
+pub(super) fn split(run: &[Pair]) -> usize {
     let (first, last) = (key(run[0]), key(run[run.len() - 1]));
     if first == last {
         return run.len() / 2;

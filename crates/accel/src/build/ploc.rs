@@ -1,30 +1,31 @@
-//! Parallel locally-ordered clustering: Meister, Bittner 2018, "Parallel locally-ordered clustering for bounding volume
-//! hierarchy construction".
+//! Locally-ordered clustering: Meister, Bittner 2018, "Parallel locally-ordered clustering for bounding volume hierarchy
+//! construction", in the order of Benthin, Meister, Barczak, Mehalwal, Tsakok, Kensler 2024, "H-PLOC: Hierarchical parallel
+//! locally-ordered clustering for bounding volume hierarchy construction".
 //!
-//! Primitives in Morton order are clusters of one. In each round every cluster finds, among the [`RADIUS`] on either
-//! side, the one with which it has the smallest box; two that found each other become one, in the place of the first.
-//! Bottom-up, no plane and no cost model are needed.
+//! Primitives in Morton order are clusters of one. In a round each cluster finds, among the [`RADIUS`] on either side, the
+//! one with which it has the smallest box; two that found each other become one. H-PLOC does not do this for all clusters at
+//! once, but upwards through the tree that the codes make: a node takes over the clusters of its children, and joins them
+//! as soon as they are more than [`KEPT`], until they are no more. So all rounds stay within a cache.
 //!
 //! Deviations: of equally small boxes that of the clusters whose places differ in the lowest bit wins, so that equal
-//! primitives pair off at once; a round in which too few found each other pairs neighbours, so that rounds stay few.
+//! primitives pair off at once; a round that would join a single pair pairs neighbours instead, since in a row of growing
+//! boxes, each nearest to the one before, trees would become as deep as the row is long.
 
-use super::codes::sorted_codes;
+use super::codes::{Boxes, sorted_codes};
+use super::morton::split;
 use super::{BuildConfig, Scratch};
-use crate::reference::unpack;
-use crate::sort::{parts, payload};
+use crate::reference::{EMPTY_LANES, unpack};
+use crate::sort::{Pair, payload};
 use crate::{BinaryTree, Node, Reference};
-use rayon::prelude::*;
 use vastlight_simd::{Kernel, Level, Simd8};
 
 /// Neighbours that a cluster looks at on each side.
-const RADIUS: usize = 14;
-/// Clusters that one thread looks at at a time.
-const CHUNK: usize = 1 << 10;
-/// A round that joins fewer than one in so many clusters pairs neighbours instead.
-const FEWEST: usize = 8;
-/// Rounds over so few clusters may be as many as they like.
-const FEW: usize = 32;
-/// Subtrees with fewer primitives are laid out by one thread.
+const RADIUS: usize = 8;
+/// Most clusters that a node hands up.
+const KEPT: usize = 16;
+/// Most clusters of a node.
+const MOST: usize = 2 * KEPT;
+/// Runs and subtrees with fewer primitives are worked on by one thread.
 const SERIAL: u32 = 1 << 12;
 
 /// Builds a tree with one primitive in each leaf.
@@ -33,18 +34,13 @@ pub(super) fn build(references: &[Reference], config: &BuildConfig, scratch: &mu
         return BinaryTree::default();
     }
     let sorted = sorted_codes(references, config.level, scratch);
-    let mut clusters: Vec<Reference> = sorted
-        .par_iter()
-        .zip(0..sorted.len() as u32)
-        .map(|(&pair, i)| references[payload(pair) as usize].renumbered(i))
-        .collect();
-    let mut forest = Forest { leaves: clusters.len() as u32, joints: Vec::with_capacity(clusters.len()) };
-    while clusters.len() > 1 {
-        clusters = forest.round(&clusters, config.level);
-    }
-    let root = clusters[0];
-    let prim = |leaf: u32| references[payload(sorted[leaf as usize]) as usize].prim();
-    forest.lay_out(&root, prim)
+    let none = Joint { children: [Reference::from_lanes(EMPTY_LANES); 2], count: 0 };
+    let mut joints = vec![none; sorted.len()];
+    let clusterer = Clusterer { references, leaves: sorted.len() as u32, level: config.level };
+    let clusters = clusterer.below(sorted, 0, &mut joints);
+    let root = clusterer.join(clusters, 1, 0, &mut joints).all[0];
+    let forest = Forest { leaves: clusterer.leaves, joints };
+    forest.lay_out(&root, |leaf| references[payload(sorted[leaf as usize]) as usize].prim())
 }
 
 /// Two clusters that became one.
@@ -55,6 +51,180 @@ struct Joint {
     count: u32,
 }
 
+/// Clusters of a node. A cluster's number is that of a leaf, or that of a joint and the number of leaves. As many joints
+/// as there are clusters are still free among those of the node's run; each cluster names one of them in its last lane.
+#[derive(Clone, Copy)]
+struct Clusters {
+    all: [Reference; MOST],
+    len: usize,
+}
+
+impl Clusters {
+    fn as_slice(&self) -> &[Reference] {
+        &self.all[..self.len]
+    }
+}
+
+struct Clusterer<'a> {
+    references: &'a [Reference],
+    leaves: u32,
+    level: Level,
+}
+
+impl Clusterer<'_> {
+    /// The clusters of a run, at most [`KEPT`]; the run starts at `first`, and `joints` are its own.
+    fn below(&self, run: &[Pair], first: u32, joints: &mut [Joint]) -> Clusters {
+        if run.len() <= KEPT {
+            return self.level.dispatch(Single { references: self.references, run, first });
+        }
+        let middle = split(run);
+        let (left, right) = run.split_at(middle);
+        let (left_joints, right_joints) = joints.split_at_mut(middle);
+        let next = first + middle as u32;
+        let mut left_clusters = || self.below(left, first, left_joints);
+        let mut right_clusters = || self.below(right, next, right_joints);
+        let (mut clusters, other) = if run.len() > SERIAL as usize {
+            rayon::join(left_clusters, right_clusters)
+        } else {
+            (left_clusters(), right_clusters())
+        };
+        clusters.all[clusters.len..clusters.len + other.len].copy_from_slice(other.as_slice());
+        clusters.len += other.len;
+        self.join(clusters, KEPT, first, joints)
+    }
+
+    /// Joins clusters until at most `most` are left.
+    fn join(&self, mut clusters: Clusters, most: usize, first: u32, joints: &mut [Joint]) -> Clusters {
+        while clusters.len > most {
+            clusters = self.level.dispatch(Round { clusters: &clusters, leaves: self.leaves, first, joints });
+        }
+        clusters
+    }
+}
+
+/// Primitives as clusters.
+struct Single<'a> {
+    references: &'a [Reference],
+    run: &'a [Pair],
+    first: u32,
+}
+
+impl Kernel for Single<'_> {
+    type Output = Clusters;
+
+    #[inline(always)]
+    fn run<S: Simd8>(self, simd: S) -> Clusters {
+        let mut clusters = Clusters { all: [Reference::from_lanes(EMPTY_LANES); MOST], len: self.run.len() };
+        for (place, slot) in clusters.all.iter_mut().enumerate().take(self.run.len()) {
+            self.references.prefetch(simd, self.run, place);
+            let number = self.first + place as u32;
+            let reference = &self.references[payload(self.run[place]) as usize];
+            *slot = Reference::to_cluster(*reference.lanes(), number, number + 1);
+        }
+        clusters
+    }
+}
+
+/// One round of joining pairs.
+struct Round<'a> {
+    clusters: &'a Clusters,
+    leaves: u32,
+    first: u32,
+    joints: &'a mut [Joint],
+}
+
+impl Kernel for Round<'_> {
+    type Output = Clusters;
+
+    #[inline(always)]
+    fn run<S: Simd8>(self, simd: S) -> Clusters {
+        let Self { clusters, leaves, first, joints } = self;
+        let all = clusters.as_slice();
+        let mut nearest = nearest(simd, all);
+        let mutual = (0..all.len()).filter(|&i| nearest[nearest[i] as usize % MOST] as usize == i).count();
+        if mutual <= 2 && all.len() > KEPT {
+            for (i, nearest) in nearest.iter_mut().enumerate().take(all.len()) {
+                *nearest = if (i ^ 1) < all.len() { i ^ 1 } else { i } as u8;
+            }
+        }
+        let mut left = Clusters { all: clusters.all, len: 0 };
+        for (i, cluster) in all.iter().enumerate() {
+            let partner = nearest[i] as usize % MOST;
+            let is_pair = nearest[partner] as usize == i && partner != i;
+            if is_pair && partner < i {
+                continue;
+            }
+            let mut kept = *cluster;
+            if is_pair {
+                let children = [*cluster, all[partner]];
+                let [a, b] = children.map(|child| count(&child, leaves, first, joints));
+                let [place, free] = children.map(|child| child.weight() - 1);
+                let lanes = simd.min(simd.load(children[0].lanes()), simd.load(children[1].lanes()));
+                joints[(place - first) as usize] = Joint { children, count: a + b };
+                kept = Reference::to_cluster(simd.to_array(lanes), leaves + place, free + 1);
+            }
+            left.all[left.len] = kept;
+            left.len += 1;
+        }
+        left
+    }
+}
+
+/// Primitives below a cluster; `joints` start with that of number `first`.
+#[inline(always)]
+fn count(cluster: &Reference, leaves: u32, first: u32, joints: &[Joint]) -> u32 {
+    cluster.prim().checked_sub(leaves).map_or(1, |joint| joints[(joint - first) as usize].count)
+}
+
+/// The nearest neighbour of each cluster.
+#[inline(always)]
+fn nearest<S: Simd8>(simd: S, clusters: &[Reference]) -> [u8; MOST] {
+    // Lower corner and negated upper corner, by axis: places beyond the end hold anything.
+    let mut lanes = [[0.0_f32; MOST + 8]; 6];
+    for (place, cluster) in clusters.iter().enumerate() {
+        for axis in 0..3 {
+            lanes[axis][place] = cluster.lanes()[axis];
+            lanes[axis + 3][place] = cluster.lanes()[axis + 4];
+        }
+    }
+    let mut nearest = [0; MOST];
+    for (own, nearest) in nearest.iter_mut().enumerate().take(clusters.len()) {
+        let (from, to) = (own.saturating_sub(RADIUS), (own + RADIUS + 1).min(clusters.len()));
+        let mut own_lanes = [simd.splat(0.0); 6];
+        for axis in 0..6 {
+            own_lanes[axis] = simd.splat(lanes[axis][own]);
+        }
+        let mut best = (u64::MAX, own);
+        let mut block = from;
+        while block < to {
+            let mut d = [simd.splat(0.0); 3];
+            for axis in 0..3 {
+                let lower = simd.min(own_lanes[axis], load_at(simd, &lanes[axis], block));
+                let upper = simd.min(own_lanes[axis + 3], load_at(simd, &lanes[axis + 3], block));
+                d[axis] = simd.add(lower, upper);
+            }
+            let area = simd.add(simd.mul(d[0], d[1]), simd.add(simd.mul(d[1], d[2]), simd.mul(d[2], d[0])));
+            let area = simd.to_array(area);
+            for (lane, area) in area.into_iter().enumerate().take(to - block) {
+                let other = block + lane;
+                let rank = u64::from(area.to_bits()) << 32 | (own ^ other) as u64;
+                if rank < best.0 && other != own {
+                    best = (rank, other);
+                }
+            }
+            block += 8;
+        }
+        *nearest = best.1 as u8;
+    }
+    nearest
+}
+
+#[inline(always)]
+fn load_at<S: Simd8>(simd: S, lanes: &[f32; MOST + 8], place: usize) -> S::F {
+    let lanes = lanes[place..].first_chunk::<8>();
+    lanes.map_or(simd.splat(0.0), |lanes| simd.load(lanes))
+}
+
 /// What the clusters consist of. Numbers below `leaves` are leaves, others count joints.
 struct Forest {
     leaves: u32,
@@ -63,75 +233,7 @@ struct Forest {
 
 impl Forest {
     fn count(&self, cluster: &Reference) -> u32 {
-        match cluster.prim().checked_sub(self.leaves) {
-            Some(joint) => self.joints[joint as usize].count,
-            None => 1,
-        }
-    }
-
-    /// Joins pairs; gives the clusters that are left.
-    fn round(&mut self, clusters: &[Reference], level: Level) -> Vec<Reference> {
-        let mut nearest = vec![0; clusters.len()];
-        nearest.par_chunks_mut(CHUNK).enumerate().for_each(|(i, nearest)| {
-            level.dispatch(FindNearest { clusters, first: i * CHUNK, nearest });
-        });
-        let all = clusters.len();
-        let mutual = |i: usize| nearest[nearest[i] as usize] as usize == i;
-        let joined = (0..all).into_par_iter().with_min_len(CHUNK).filter(|&i| mutual(i)).count() / 2;
-        if joined * FEWEST < all && all > FEW {
-            nearest = (0..all as u32).map(|i| if (i ^ 1) < all as u32 { i ^ 1 } else { i }).collect();
-        }
-        self.join(clusters, &nearest, level)
-    }
-
-    /// Joins clusters that name each other in `nearest`.
-    fn join(&mut self, clusters: &[Reference], nearest: &[u32], level: Level) -> Vec<Reference> {
-        let partner = |i: usize| (nearest[nearest[i] as usize] as usize == i).then_some(nearest[i] as usize);
-        let chunks = clusters.len().div_ceil(CHUNK);
-        let range = |chunk: usize| chunk * CHUNK..((chunk + 1) * CHUNK).min(clusters.len());
-        let sizes: Vec<[usize; 2]> = (0..chunks)
-            .into_par_iter()
-            .map(|chunk| {
-                let pairs = range(chunk).filter(|&i| partner(i).is_some_and(|p| p > i)).count();
-                let gone = range(chunk).filter(|&i| partner(i).is_some_and(|p| p < i)).count();
-                [pairs, range(chunk).len() - gone]
-            })
-            .collect();
-        let joint = Joint { children: [clusters[0]; 2], count: 0 };
-        let mut joints = vec![joint; sizes.iter().map(|s| s[0]).sum()];
-        let mut left = vec![clusters[0]; sizes.iter().map(|s| s[1]).sum()];
-        let firsts = sizes.iter().scan(self.leaves + self.joints.len() as u32, |next, size| {
-            *next += size[0] as u32;
-            Some(*next - size[0] as u32)
-        });
-        let firsts: Vec<u32> = firsts.collect();
-        let places = parts(&mut joints, sizes.iter().map(|s| s[0]));
-        let left_places = parts(&mut left, sizes.iter().map(|s| s[1]));
-        places.into_par_iter().zip(left_places).zip(firsts).enumerate().for_each(
-            |(chunk, ((joints, left), first))| {
-                let (mut joints, mut left) = (joints.iter_mut().zip(first..), left.iter_mut());
-                for i in range(chunk) {
-                    let kept = match partner(i) {
-                        Some(p) if p < i => continue,
-                        Some(p) if p > i => {
-                            let children = [clusters[i], clusters[p]];
-                            let Some((joint, number)) = joints.next() else { continue };
-                            *joint = Joint {
-                                children,
-                                count: self.count(&children[0]) + self.count(&children[1]),
-                            };
-                            level.dispatch(Unite { children, number })
-                        }
-                        _ => clusters[i],
-                    };
-                    if let Some(place) = left.next() {
-                        *place = kept;
-                    }
-                }
-            },
-        );
-        self.joints.append(&mut joints);
-        left
+        count(cluster, self.leaves, 0, &self.joints)
     }
 
     /// The tree below `root`, depth first.
@@ -196,84 +298,4 @@ struct Place<'a> {
     prims: &'a mut [u32],
     next: u32,
     first: u32,
-}
-
-/// The box around two clusters, with a number.
-struct Unite {
-    children: [Reference; 2],
-    number: u32,
-}
-
-impl Kernel for Unite {
-    type Output = Reference;
-
-    #[inline(always)]
-    fn run<S: Simd8>(self, simd: S) -> Reference {
-        let [a, b] = &self.children;
-        Reference::from_lanes(simd.to_array(simd.min(simd.load(a.lanes()), simd.load(b.lanes()))))
-            .renumbered(self.number)
-    }
-}
-
-/// Finds the nearest neighbour of each of the clusters from `first` on.
-struct FindNearest<'a> {
-    clusters: &'a [Reference],
-    first: usize,
-    nearest: &'a mut [u32],
-}
-
-/// Clusters of a chunk and those around it.
-const WINDOW: usize = CHUNK + 2 * RADIUS + 8;
-
-impl Kernel for FindNearest<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Simd8>(self, simd: S) {
-        let start = self.first.saturating_sub(RADIUS);
-        let end = (self.first + self.nearest.len() + RADIUS).min(self.clusters.len());
-        // Lower corner and negated upper corner, by axis: places beyond the end hold anything.
-        let mut lanes = vec![[0.0_f32; WINDOW]; 6];
-        for (place, cluster) in self.clusters[start..end].iter().enumerate() {
-            for axis in 0..3 {
-                lanes[axis][place] = cluster.lanes()[axis];
-                lanes[axis + 3][place] = cluster.lanes()[axis + 4];
-            }
-        }
-        for (own, nearest) in (self.first..).zip(self.nearest.iter_mut()) {
-            let (from, to) = (own.saturating_sub(RADIUS).max(start), (own + RADIUS + 1).min(end));
-            let mut own_lanes = [simd.splat(0.0); 6];
-            for axis in 0..6 {
-                own_lanes[axis] = simd.splat(lanes[axis][own - start]);
-            }
-            let mut best = (u64::MAX, own);
-            let mut block = from;
-            while block < to {
-                let mut d = [simd.splat(0.0); 3];
-                for axis in 0..3 {
-                    let lower = simd.min(own_lanes[axis], load_at(simd, &lanes[axis], block - start));
-                    let upper = simd.min(own_lanes[axis + 3], load_at(simd, &lanes[axis + 3], block - start));
-                    d[axis] = simd.add(lower, upper);
-                }
-                let area =
-                    simd.add(simd.mul(d[0], d[1]), simd.add(simd.mul(d[1], d[2]), simd.mul(d[2], d[0])));
-                let area = simd.to_array(area);
-                for (lane, area) in area.into_iter().enumerate().take(to - block) {
-                    let other = block + lane;
-                    let rank = u64::from(area.to_bits()) << 32 | (own ^ other) as u64;
-                    if rank < best.0 && other != own {
-                        best = (rank, other);
-                    }
-                }
-                block += 8;
-            }
-            *nearest = best.1 as u32;
-        }
-    }
-}
-
-#[inline(always)]
-fn load_at<S: Simd8>(simd: S, lanes: &[f32; WINDOW], place: usize) -> S::F {
-    let lanes = lanes[place..].first_chunk::<8>();
-    lanes.map_or(simd.splat(0.0), |lanes| simd.load(lanes))
 }

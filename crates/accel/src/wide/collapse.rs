@@ -90,14 +90,24 @@ impl Upward for Cheapest {
     #[inline(always)]
     fn inner(&self, node: &Node, children: [&Node; 2], [l, r]: [&[f32; 7]; 2], ways: &mut Ways) -> [f32; 7] {
         let area = node.bounds.half_area();
-        let (costs, lefts) = if children[0].is_leaf() && children[1].is_leaf() {
-            ([l[0] + r[0]; 8], [1; 8])
-        } else {
-            best_shares(l, r)
-        };
-        let mut cost = costs[7] + area * NODE_COST;
+        let may_be_leaf = |cost: f32| node.count <= self.max_leaf && area * LEAF_COST <= cost;
         *ways = Ways { shares: [Share::WHOLE; 7], of_node: Share::WHOLE };
-        if node.count <= self.max_leaf && area * LEAF_COST <= cost {
+        if children[0].is_leaf() && children[1].is_leaf() {
+            let both = l[0] + r[0];
+            let mut cost = both + area * NODE_COST;
+            if may_be_leaf(cost) {
+                cost = area * LEAF_COST;
+            } else {
+                ways.of_node = Share::new(1, 7);
+            }
+            let share = if both < cost { Share::new(1, 1) } else { Share::WHOLE };
+            ways.shares[1..].fill(share);
+            let both = both.min(cost);
+            return [cost, both, both, both, both, both, both];
+        }
+        let (costs, lefts) = best_shares(l, r);
+        let mut cost = costs[7] + area * NODE_COST;
+        if may_be_leaf(cost) {
             cost = area * LEAF_COST;
         } else {
             ways.of_node = Share::new(lefts[7] as u8, 8 - lefts[7] as u8);

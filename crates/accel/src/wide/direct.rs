@@ -146,7 +146,8 @@ impl Leaves for Blocks<'_> {
     ) -> S::F {
         let range = node.first as usize..(node.first + node.count.min(8)) as usize;
         node.first = number as u32;
-        let mut block = Block8::EMPTY;
+        let block = &mut blocks[within];
+        block.clear_prims();
         let mut around = Aabb::EMPTY;
         for (lane, place) in range.enumerate() {
             self.mesh.prefetch(simd, run, place);
@@ -157,7 +158,6 @@ impl Leaves for Blocks<'_> {
                 around = around.grow(corner);
             }
         }
-        blocks[within] = block;
         let (lo, hi) = (around.min, -around.max);
         simd.load(&[lo.x, lo.y, lo.z, 0.0, hi.x, hi.y, hi.z, 0.0])
     }

@@ -105,6 +105,12 @@ impl Block8 {
         block
     }
 
+    /// Makes a block of zeros one without triangles.
+    #[inline(always)]
+    pub(crate) fn clear_prims(&mut self) {
+        self.prims = [Self::NO_PRIM; 8];
+    }
+
     /// Puts a triangle into a lane.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, prim: u32, corners: [Vec3; 3]) {

@@ -205,7 +205,7 @@ const BLOCKS: usize = 512;
 pub(super) const CORNERS_AHEAD: usize = 12;
 pub(super) const INDICES_AHEAD: usize = 32;
 
-/// Fills the blocks of some leaves.
+/// Fills the blocks of some leaves, which are all zero before.
 struct Fill<'a> {
     mesh: &'a MeshView<'a>,
     scale: f32,
@@ -223,7 +223,7 @@ impl Kernel for Fill<'_> {
         for (block, &binary) in self.blocks.iter_mut().zip(self.leaves) {
             let node = &self.tree.nodes[binary as usize];
             let run = node.first as usize..(node.first + node.count.min(8)) as usize;
-            *block = Block8::EMPTY;
+            block.clear_prims();
             let mut lane = 0;
             for place in run {
                 if let Some(&prim) = prims.get(place + INDICES_AHEAD) {
