@@ -3,7 +3,7 @@
 //! The way of the data: boxes become [`Reference`]s, a builder ([`build()`]) orders them into a [`BinaryTree`], the
 //! tree is collapsed to eight-wide nodes ([`wide`]) over blocks of eight triangles or over whole instances, and
 //! [`wide::traverse`] brings a ray to the leaves it may hit. Builders see boxes alone; build loop, heuristic, layout
-//! and traversal know nothing of each other's insides. [`kdtree`] is another structure over the same boxes, which rays
+//! and traversal know nothing of each other's insides. [`compact`] holds a finished tree in a sixth of the memory. [`kdtree`] is another structure over the same boxes, which rays
 //! walk without a stack.
 //!
 //! # Why hits do not depend on the tree
@@ -15,6 +15,7 @@
 //! the layout or the instructions.
 
 pub mod build;
+pub mod compact;
 pub mod kdtree;
 mod memory;
 mod quality;

@@ -12,7 +12,7 @@
 //! box, and a tree may hold a triangle in parts.
 
 use crate::ray::TriangleRay;
-use crate::wide::Block8;
+use crate::wide::Leaf;
 use vastlight_simd::Simd8;
 
 /// Hits of the lanes whose bit is set; other lanes hold nothing of meaning.
@@ -33,19 +33,19 @@ impl LaneHits {
     pub const NONE: Self = Self { lanes: 0, t: [0.0; 8], u: [0.0; 8], v: [0.0; 8] };
 }
 
-/// The lanes of `block` whose triangle the line of `ray` meets, wherever along it. Every level gives the same bits.
+/// The lanes of `leaf` whose triangle the line of `ray` meets, wherever along it. Every level gives the same bits.
 #[inline(always)]
 #[must_use]
-pub fn intersect<S: Simd8>(s: S, block: &Block8, ray: &TriangleRay) -> LaneHits {
-    let shear = Shear::new(s, ray);
-    let a = shear.corner(s, &block.corners[0]);
-    let b = shear.corner(s, &block.corners[1]);
-    let c = shear.corner(s, &block.corners[2]);
+pub fn intersect<S: Simd8, L: Leaf>(s: S, leaf: &L, ray: &TriangleRay) -> LaneHits {
+    let (shear, corners) = (Shear::new(s, ray), leaf.corners());
+    let a = shear.corner(s, &corners[0]);
+    let b = shear.corner(s, &corners[1]);
+    let c = shear.corner(s, &corners[2]);
     let (u, v, w) = (edge(s, &c, &b), edge(s, &a, &c), edge(s, &b, &a));
     let zero = s.splat(0.0);
     let inside = s.or(s.le(zero, s.min(s.min(u, v), w)), s.le(s.max(s.max(u, v), w), zero));
     let determinant = s.add(s.add(u, v), w);
-    let crossed = s.bits(s.and(inside, s.ne(determinant, zero)));
+    let crossed = s.bits(s.and(inside, s.ne(determinant, zero))) & leaf.lanes();
     if crossed == 0 {
         return LaneHits::NONE;
     }

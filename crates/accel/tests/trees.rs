@@ -5,7 +5,7 @@ mod common;
 use common::{boxes, inputs};
 use rayon::ThreadPoolBuilder;
 use vastlight_accel::build::NAMES;
-use vastlight_accel::wide::{Block8, ChildRef, MeshBvh, MeshView, TopBvh, validate_nodes};
+use vastlight_accel::wide::{Block8, Boxes, ChildRef, MeshBvh, MeshView, TopBvh, validate_nodes};
 use vastlight_accel::{
     BinaryTree, BuildConfig, BuildError, Reference, Scratch, Violation, build, quality, validate,
 };
@@ -119,7 +119,7 @@ fn trees_over_boxes_are_sound_also_where_boxes_are_infinite_or_empty() {
         // The empty box is no leaf: count it as the one that is missing.
         let empty = all.len() - 2;
         let leaf = |i: usize| Some(vec![(i as u32, all[i])]);
-        match validate_nodes(&top.nodes, top.root, all.len(), leaf, |_, _| false) {
+        match validate_nodes(&top.nodes, top.root, all.len(), Boxes::Nested, leaf, |_, _| false) {
             Err(Violation::Coverage { prim, times: 0 }) if prim == empty => {}
             other => panic!("{name}, {input}: {other:?}"),
         }

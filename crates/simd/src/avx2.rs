@@ -4,12 +4,15 @@
     reason = "intrinsics; each block says why its instructions exist and its memory is valid"
 )]
 
-use crate::{Kernel, Simd8};
+use crate::{Kernel, Simd8, WINDOW, Words};
 use std::arch::x86_64::{
-    __m256, _CMP_LE_OQ, _CMP_NEQ_UQ, _MM_HINT_T0, _mm_prefetch, _mm256_add_ps, _mm256_and_ps,
-    _mm256_andnot_ps, _mm256_cmp_ps, _mm256_div_ps, _mm256_fmsub_ps, _mm256_loadu_ps, _mm256_max_ps,
-    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permute2f128_ps, _mm256_set1_ps,
-    _mm256_storeu_ps, _mm256_sub_ps,
+    __m256, __m256i, _CMP_LE_OQ, _CMP_NEQ_UQ, _MM_HINT_T0, _mm_cvtsi32_si128, _mm_loadl_epi64, _mm_prefetch,
+    _mm256_add_ps, _mm256_and_ps, _mm256_and_si256, _mm256_andnot_ps, _mm256_castps_si256,
+    _mm256_castsi256_ps, _mm256_castsi256_si128, _mm256_cmp_ps, _mm256_cvtepi32_ps, _mm256_cvtepu8_epi32,
+    _mm256_div_ps, _mm256_extracti128_si256, _mm256_fmsub_ps, _mm256_i32gather_epi64, _mm256_loadu_ps,
+    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_or_ps,
+    _mm256_permute2f128_ps, _mm256_permute4x64_epi64, _mm256_set1_epi32, _mm256_set1_ps, _mm256_shuffle_ps,
+    _mm256_srl_epi64, _mm256_storeu_ps, _mm256_sub_ps,
 };
 
 /// Proof that the processor has AVX2, FMA, BMI1, BMI2, LZCNT and POPCNT. Only [`Avx2::detect`] makes one.
@@ -68,6 +71,29 @@ impl Simd8 for Avx2 {
         out
     }
 
+    #[inline(always)]
+    fn widen(self, x: &[u8; 8]) -> __m256 {
+        // SAFETY: reads the eight bytes of the array; `self` proves AVX2.
+        unsafe { _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(_mm_loadl_epi64(x.as_ptr().cast()))) }
+    }
+    #[inline(always)]
+    fn unpack(self, window: &[u8; WINDOW], words: Words, at: &[u8; 8]) -> [__m256; 3] {
+        let [a, b, c] = words.bits.map(|bits| i32::from(bits.min(24)));
+        let stride = i32::from(words.stride.min(9));
+        // SAFETY: the index is at most 255 and the stride at most 9, so each of the eight bytes read behind their product
+        // is one of the 2304 of the window; `self` proves AVX2.
+        unsafe {
+            let at = _mm256_cvtepu8_epi32(_mm_loadl_epi64(at.as_ptr().cast()));
+            // Words 0 1 4 5 and 2 3 6 7 together, which is how the halves of vectors are shuffled.
+            let at = _mm256_permute4x64_epi64::<0b11_01_10_00>(at);
+            let start = _mm256_mullo_epi32(at, _mm256_set1_epi32(stride));
+            let base = window.as_ptr().cast();
+            let low = _mm256_i32gather_epi64::<1>(base, _mm256_castsi256_si128(start));
+            let high = _mm256_i32gather_epi64::<1>(base, _mm256_extracti128_si256::<1>(start));
+            [field(low, high, 0, a), field(low, high, a, b), field(low, high, a + b, c)]
+        }
+    }
+
     register_op!(splat(x: f32) -> __m256, _mm256_set1_ps(x));
     register_op!(add(a: __m256, b: __m256) -> __m256, _mm256_add_ps(a, b));
     register_op!(sub(a: __m256, b: __m256) -> __m256, _mm256_sub_ps(a, b));
@@ -95,4 +121,16 @@ impl Simd8 for Avx2 {
             unsafe { _mm_prefetch::<_MM_HINT_T0>(start.cast::<i8>().wrapping_add(line * 64)) };
         }
     }
+}
+
+/// The number of `bits` bits behind the first `first` ones of the words 0 1 4 5 and 2 3 6 7.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn field(low: __m256i, high: __m256i, first: i32, bits: i32) -> __m256 {
+    let count = _mm_cvtsi32_si128(first);
+    let (low, high) = (_mm256_srl_epi64(low, count), _mm256_srl_epi64(high, count));
+    let lower_halves =
+        _mm256_shuffle_ps::<0b10_00_10_00>(_mm256_castsi256_ps(low), _mm256_castsi256_ps(high));
+    let mask = _mm256_set1_epi32((1 << bits) - 1);
+    _mm256_cvtepi32_ps(_mm256_and_si256(_mm256_castps_si256(lower_halves), mask))
 }

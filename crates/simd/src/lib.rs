@@ -11,4 +11,4 @@ mod vector;
 
 pub use level::{Kernel, Level};
 pub use portable::Portable;
-pub use vector::Simd8;
+pub use vector::{Simd8, WINDOW, Words};

@@ -1,6 +1,6 @@
 //! The level that every machine has: arrays and loops.
 
-use crate::Simd8;
+use crate::{Simd8, WINDOW, Words};
 
 /// Arrays of eight; the compiler uses whatever vectors its target has.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +26,23 @@ impl Simd8 for Portable {
     #[inline(always)]
     fn to_array(self, a: Self::F) -> [f32; 8] {
         a
+    }
+    #[inline(always)]
+    fn widen(self, x: &[u8; 8]) -> Self::F {
+        x.map(f32::from)
+    }
+    #[inline(always)]
+    fn unpack(self, window: &[u8; WINDOW], words: Words, at: &[u8; 8]) -> [Self::F; 3] {
+        let [a, b, c] = words.bits.map(|bits| u32::from(bits.min(24)));
+        let field = |word: u64, first: u32, bits: u32| (word >> first & ((1 << bits) - 1)) as f32;
+        let mut out = [[0.0; 8]; 3];
+        for (lane, &at) in at.iter().enumerate() {
+            let start = usize::from(at) * usize::from(words.stride.min(9));
+            let word = window[start..].first_chunk().map_or(0, |bytes: &[u8; 8]| u64::from_le_bytes(*bytes));
+            (out[0][lane], out[1][lane], out[2][lane]) =
+                (field(word, 0, a), field(word, a, b), field(word, a + b, c));
+        }
+        out
     }
     #[inline(always)]
     fn add(self, a: Self::F, b: Self::F) -> Self::F {

@@ -1,5 +1,17 @@
 //! The operations that every feature level has.
 
+/// Bytes that [`Simd8::unpack`] may look at: 256 words of at most nine.
+pub const WINDOW: usize = 256 * 9;
+
+/// How words of three unsigned numbers stand in memory, the first number in the lowest bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Words {
+    /// Bytes from word to word, at most 9.
+    pub stride: u8,
+    /// Bits of each number: at most 24, so that f32 holds it. Only the first 64 bits of a word are looked at.
+    pub bits: [u8; 3],
+}
+
 /// Eight f32 lanes at one feature level.
 ///
 /// A value of the implementing type is the proof that the machine has the level's instructions; it has no size and is
@@ -16,6 +28,11 @@ pub trait Simd8: Copy + Send + Sync + 'static {
     fn load(self, x: &[f32; 8]) -> Self::F;
     /// Lanes as an array.
     fn to_array(self, a: Self::F) -> [f32; 8];
+
+    /// Lanes from small integers.
+    fn widen(self, x: &[u8; 8]) -> Self::F;
+    /// The three numbers of the words `at` of `window`, by number.
+    fn unpack(self, window: &[u8; WINDOW], words: Words, at: &[u8; 8]) -> [Self::F; 3];
 
     /// `a + b`
     fn add(self, a: Self::F, b: Self::F) -> Self::F;

@@ -1,6 +1,6 @@
 //! Every operation against plain f32 arithmetic, at every level of the machine.
 
-use vastlight_simd::{Kernel, Level, Simd8};
+use vastlight_simd::{Kernel, Level, Simd8, WINDOW, Words};
 
 /// All results of one pair of vectors, as bits.
 #[derive(Debug, PartialEq)]
@@ -118,4 +118,50 @@ fn levels_are_found_by_name() {
         assert_eq!(Level::from_name(level.name()).map(Level::name), Some(level.name()));
     }
     assert!(Level::from_name("sse9").is_none());
+}
+
+struct Unpack<'a> {
+    window: &'a [u8; WINDOW],
+    words: Words,
+    at: [u8; 8],
+}
+
+impl Kernel for Unpack<'_> {
+    type Output = [[f32; 8]; 4];
+
+    #[inline(always)]
+    fn run<S: Simd8>(self, s: S) -> [[f32; 8]; 4] {
+        let [a, b, c] = s.unpack(self.window, self.words, &self.at);
+        [s.to_array(a), s.to_array(b), s.to_array(c), s.to_array(s.widen(&self.at))]
+    }
+}
+
+#[test]
+fn words_of_any_width_are_unpacked_bit_by_bit() {
+    let mut state = 1_u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    };
+    let window: [u8; WINDOW] = std::array::from_fn(|_| random());
+    let bit = |i: usize| u32::from(window[i / 8] >> (i % 8) & 1);
+    for bits in [[0, 0, 0], [1, 2, 3], [8, 8, 8], [16, 16, 16], [24, 24, 16], [0, 24, 24], [21, 21, 21]] {
+        let stride = bits.iter().sum::<u8>().div_ceil(8) + u8::from(bits[0] == 24);
+        let words = Words { stride, bits };
+        for _ in 0..50 {
+            let at: [u8; 8] = std::array::from_fn(|lane| if lane == 0 { 255 } else { random() });
+            let expected: [[f32; 8]; 3] = std::array::from_fn(|number| {
+                at.map(|at| {
+                    let before: usize = bits[..number].iter().map(|&b| usize::from(b)).sum();
+                    let first = 8 * usize::from(at) * usize::from(words.stride) + before;
+                    (0..usize::from(bits[number])).map(|i| bit(first + i) << i).sum::<u32>() as f32
+                })
+            });
+            for level in Level::available() {
+                let [a, b, c, widened] = level.dispatch(Unpack { window: &window, words, at });
+                assert_eq!([a, b, c], expected, "{level:?} {words:?} {at:?}");
+                assert_eq!(widened, at.map(f32::from));
+            }
+        }
+    }
 }

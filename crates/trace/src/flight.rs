@@ -4,11 +4,14 @@
 //! one thread can take turns: while one computes, memory for the others arrives.
 
 use crate::instance::Placed;
+use crate::mesh::Leaves;
 use crate::reach::{Reach, meet};
+use crate::tree::{OverBlocks, OverPages, Tree, Visitor};
 use crate::{Hit, HitFilter, Tracer};
+use vastlight_accel::compact::Page;
 use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
-use vastlight_accel::wide::traverse::{Entry, Memory, RayLanes, Waiting};
-use vastlight_accel::wide::{Block8, ChildRef, Node8};
+use vastlight_accel::wide::traverse::{Entry, Memory, Prefetch, RayLanes, Waiting};
+use vastlight_accel::wide::{ChildRef, Leaf, Node8};
 use vastlight_math::Ray;
 use vastlight_simd::Simd8;
 
@@ -32,7 +35,7 @@ impl<S: Simd8> Stage<'_, S> {
     fn nowhere(simd: S) -> Self {
         Self {
             nodes: &[],
-            memory: Memory::new::<Placed>(&[], &[]),
+            memory: Memory::new::<Node8, Placed>(&[], &[]),
             lanes: RayLanes::new(simd, &BoxRay::default(), 0.0),
             t_max: 0.0,
             t_scale: 1.0,
@@ -55,7 +58,7 @@ pub(crate) struct Flight<'a, S: Simd8> {
     waiting: Waiting<'a>,
     /// Entries below wait among instances.
     floor: usize,
-    blocks: &'a [Block8],
+    leaves: Leaves<'a>,
     triangles: TriangleRay,
     t_min: f32,
     instance: u32,
@@ -75,7 +78,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
             current: ChildRef::NONE,
             waiting: Waiting { entries, depth: 0 },
             floor: 0,
-            blocks: &[],
+            leaves: Leaves::Blocks(&[]),
             triangles: TriangleRay::default(),
             t_min: 0.0,
             instance: Hit::NONE,
@@ -121,9 +124,10 @@ impl<'a, S: Simd8> Flight<'a, S> {
         }
         if !self.current.is_leaf() {
             let stage = &self.stages[self.level & 1];
-            let node = &stage.nodes[self.current.index()];
+            let place = self.current.index();
+            let node = &stage.nodes[place];
             let hits = stage.lanes.test(simd, node, stage.t_max);
-            match self.waiting.descend::<S, ALONE, ANY>(simd, node, hits, &stage.memory) {
+            match self.waiting.descend::<S, ALONE, ANY>(simd, (place, node), hits, &stage.memory) {
                 Some(next) => self.current = next,
                 None => return self.next(),
             }
@@ -132,7 +136,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         if self.level == TOP {
             return self.enter(simd, tracer) || self.next();
         }
-        if self.test_block(simd, filter) && ANY {
+        if self.test_leaf::<F, ANY>(simd, filter) && ANY {
             return false;
         }
         self.next()
@@ -141,24 +145,44 @@ impl<'a, S: Simd8> Flight<'a, S> {
     /// All steps of a flight alone in a mesh, with its figures in registers; false at the end of the way.
     #[inline(always)]
     fn cross_mesh<F: HitFilter, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
-        let Stage { nodes, memory, lanes, .. } = self.stages[MESH];
-        let mut current = self.current;
+        let (Stage { nodes, memory, .. }, start) = (self.stages[MESH], self.current);
+        let found = match self.leaves {
+            Leaves::Blocks(blocks) => {
+                self.cross::<_, F, ANY>(simd, filter, &OverBlocks { nodes, blocks, memory }, start)
+            }
+            Leaves::Pages(mesh) => self.cross::<_, F, ANY>(simd, filter, &OverPages { mesh, memory }, start),
+        };
+        !(found && ANY) && self.next()
+    }
+
+    /// Walks through a tree from a child of it to the end; whether there was a closer hit. With `ANY` that is the end.
+    #[inline(always)]
+    fn cross<T: Tree, F: HitFilter, const ANY: bool>(
+        &mut self,
+        simd: S,
+        filter: &F,
+        tree: &T,
+        start: ChildRef,
+    ) -> bool {
+        let (lanes, floor) = (self.stages[MESH].lanes, self.waiting.depth);
+        let (mut current, mut found) = (start, false);
         loop {
             self.steps += 1;
             let next = if current.is_leaf() {
-                self.current = current;
-                if self.test_block(simd, filter) && ANY {
-                    return false;
+                found |= tree.visit(simd, &mut Visit::<S, F, ANY> { flight: self, filter }, current.index());
+                if found && ANY {
+                    return true;
                 }
                 None
-            } else {
-                let node = &nodes[current.index()];
+            } else if let Some(node) = tree.node(simd, current.index()) {
                 let hits = lanes.test(simd, node, self.stages[MESH].t_max);
-                self.waiting.descend::<S, true, ANY>(simd, node, hits, &memory)
+                self.waiting.descend::<S, true, ANY>(simd, (current.index(), node), hits, tree.memory())
+            } else {
+                None
             };
-            match next.or_else(|| self.waiting.pop(self.floor, self.stages[MESH].t_max)) {
+            match next.or_else(|| self.waiting.pop(floor, self.stages[MESH].t_max)) {
                 Some(next) => current = next,
-                None => return self.next(),
+                None => return found,
             }
         }
     }
@@ -196,32 +220,63 @@ impl<'a, S: Simd8> Flight<'a, S> {
         let mesh = &tracer.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
-        let (Some(root), Some((boxes, triangles))) = (mesh.root, scaled.for_triangles(mesh.extent)) else {
+        let (Some(root), Some((boxes, triangles))) = (mesh.root(), scaled.for_triangles(mesh.space().extent))
+        else {
             return false;
         };
         let t_max = if self.best.is_hit() { self.best.t } else { self.ray.t_max };
         self.t_min = self.ray.t_min / scaled.t_scale;
         self.stages[MESH] = Stage {
-            nodes: &mesh.nodes,
-            memory: Memory::new(&mesh.nodes, &mesh.blocks),
+            nodes: mesh.nodes(),
+            memory: mesh.memory(),
             lanes: RayLanes::new(simd, &boxes, self.t_min),
             t_max: t_max / scaled.t_scale,
             t_scale: scaled.t_scale,
         };
-        (self.triangles, self.blocks, self.instance) = (triangles, &mesh.blocks, instance as u32);
+        (self.triangles, self.leaves, self.instance) = (triangles, mesh.leaves(), instance as u32);
         (self.level, self.floor, self.current) = (MESH, self.waiting.depth, root);
         true
     }
 
-    /// Tests the triangles of a block; whether one was hit.
+    /// Tests the triangles of the leaf that is next; whether one was hit.
     #[inline(always)]
-    fn test_block<F: HitFilter>(&mut self, simd: S, filter: &F) -> bool {
-        let block = &self.blocks[self.current.index()];
+    fn test_leaf<F: HitFilter, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
+        let leaf = self.current.index();
+        let memory = self.stages[MESH].memory;
+        match self.leaves {
+            Leaves::Blocks(blocks) => self.meet(simd, filter, &blocks[leaf]),
+            Leaves::Pages(mesh) => {
+                OverPages { mesh, memory }.visit(simd, &mut Visit::<S, F, ANY> { flight: self, filter }, leaf)
+            }
+        }
+    }
+
+    /// Tests triangles; whether one was hit.
+    #[inline(always)]
+    fn meet<F: HitFilter>(&mut self, simd: S, filter: &F, leaf: &impl Leaf) -> bool {
         let stage = &mut self.stages[MESH];
         let mut reach = Reach { t_min: self.t_min, t_max: stage.t_max, t_scale: stage.t_scale };
         let ray = (&self.triangles, self.index);
-        let found = meet(simd, (block, self.instance), ray, filter, &mut reach, &mut self.best);
+        let found = meet(simd, (leaf, self.instance), ray, filter, &mut reach, &mut self.best);
         stage.t_max = reach.t_max;
         found
+    }
+}
+
+/// A flight at a leaf.
+struct Visit<'v, 'a, S: Simd8, F, const ANY: bool> {
+    flight: &'v mut Flight<'a, S>,
+    filter: &'v F,
+}
+
+impl<S: Simd8, F: HitFilter, const ANY: bool> Visitor<S> for Visit<'_, '_, S, F, ANY> {
+    #[inline(always)]
+    fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool {
+        self.flight.meet(simd, self.filter, triangles)
+    }
+
+    #[inline(always)]
+    fn page(&mut self, simd: S, page: &Page<'_>, root: ChildRef) -> bool {
+        self.flight.cross::<_, F, ANY>(simd, self.filter, page, root)
     }
 }

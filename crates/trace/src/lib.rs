@@ -9,13 +9,16 @@ mod flight;
 mod hit;
 mod instance;
 mod kd;
+mod mesh;
 mod patch;
 mod reach;
 pub mod sort;
 pub mod stream;
 mod tracer;
+mod tree;
 mod usage;
 mod walk;
 
 pub use hit::{AcceptAll, Hit, HitFilter};
+pub use mesh::Layout;
 pub use tracer::{BuildReport, TraceError, Tracer, TracerConfig};

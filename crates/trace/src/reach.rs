@@ -3,7 +3,7 @@
 use crate::{Hit, HitFilter};
 use vastlight_accel::ray::TriangleRay;
 use vastlight_accel::triangle::intersect;
-use vastlight_accel::wide::Block8;
+use vastlight_accel::wide::Leaf;
 use vastlight_simd::Simd8;
 
 /// The part of a ray that counts, in units of one space.
@@ -15,18 +15,18 @@ pub(crate) struct Reach {
     pub(crate) t_scale: f32,
 }
 
-/// Tests the triangles of a block. A closer hit becomes `best` and shortens `reach`; whether there was one. `index` is the
+/// Tests the triangles of a leaf. A closer hit becomes `best` and shortens `reach`; whether there was one. `index` is the
 /// ray's number in its batch.
 #[inline(always)]
 pub(crate) fn meet<S: Simd8, F: HitFilter>(
     simd: S,
-    (block, instance): (&Block8, u32),
+    (leaf, instance): (&impl Leaf, u32),
     (ray, index): (&TriangleRay, usize),
     filter: &F,
     reach: &mut Reach,
     best: &mut Hit,
 ) -> bool {
-    let hits = intersect(simd, block, ray);
+    let hits = intersect(simd, leaf, ray);
     let mut lanes = hits.lanes;
     let mut found = false;
     while lanes != 0 {
@@ -36,7 +36,7 @@ pub(crate) fn meet<S: Simd8, F: HitFilter>(
         if t < reach.t_min || t > reach.t_max {
             continue;
         }
-        let prim = block.prims[lane];
+        let prim = leaf.prim(lane);
         // On a tie the lower (instance, triangle) wins, whichever comes first.
         if t == reach.t_max && (instance, prim) >= (best.instance, best.prim) {
             continue;

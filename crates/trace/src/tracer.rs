@@ -2,12 +2,14 @@
 
 use crate::instance::{MeshSpace, Placed, Places};
 use crate::kd::{KdBatch, KdScene};
+use crate::mesh::{Layout, MeshTree};
 use crate::patch::{ROWS, rows};
 use crate::walk::Batch;
 use crate::{AcceptAll, Hit, HitFilter};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 use vastlight_accel::build::resolve;
+use vastlight_accel::compact::{CompactError, CompactMesh};
 use vastlight_accel::kdtree::{KdKind, KdMesh};
 use vastlight_accel::wide::traverse::stack_entries;
 use vastlight_accel::wide::{MeshBuild, MeshBvh, MeshView, TopBvh};
@@ -29,6 +31,8 @@ pub struct TracerConfig {
     pub measure: bool,
     /// Instructions to use; none for the best of the machine.
     pub level: Option<Level>,
+    /// How meshes lie in memory.
+    pub layout: Layout,
     /// Trace every ray by itself, also those that go the same way: to measure what bundles are worth.
     pub single_rays: bool,
 }
@@ -39,6 +43,9 @@ pub enum TraceError {
     /// A structure could not be built.
     #[error(transparent)]
     Build(#[from] BuildError),
+    /// A mesh has no compact layout.
+    #[error(transparent)]
+    Compact(#[from] CompactError),
 }
 
 /// What building took and gave.
@@ -70,7 +77,7 @@ pub struct BuildReport {
 /// Finds hits in a scene. Meshes are shared by their instances; the tracer keeps its own copy of their positions.
 #[derive(Debug)]
 pub struct Tracer {
-    pub(crate) meshes: Vec<MeshBvh>,
+    pub(crate) meshes: Vec<MeshTree>,
     pub(crate) placed: Vec<Placed>,
     pub(crate) top: TopBvh,
     /// In the place of `meshes` and `top`.
@@ -102,18 +109,18 @@ impl Tracer {
         let (split_budget, optimize) = (config.split_budget, config.optimize);
         let measure = config.measure;
         let build = BuildConfig { level, split_budget, optimize, measure, ..BuildConfig::default() };
-        let built = build_meshes(scene, accel, &build)?;
+        let built = build_meshes(scene, accel, &build, config.layout)?;
         let (meshes, builds): (Vec<_>, Vec<_>) = built.into_iter().unzip();
         let meshes_done = Instant::now();
 
-        let space = |m: &MeshBvh| MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale };
-        let places = Places::new(scene, &meshes.iter().map(space).collect::<Vec<_>>());
+        let places = Places::new(scene, &meshes.iter().map(MeshTree::space).collect::<Vec<_>>());
         let Places { placed, boxes, world, extent, margin_factor } = places;
         let costs = |i: u32| builds[placed[i as usize].mesh as usize].quality.cost;
         let top = TopBvh::build(accel, &boxes, costs, &build, &mut Scratch::default())?;
         let stages = sum_stages(&builds, meshes_done.elapsed());
 
-        let bytes = meshes.iter().map(MeshBvh::bytes).sum::<usize>() + top.bytes() + size_of_val(&placed[..]);
+        let bytes =
+            meshes.iter().map(MeshTree::bytes).sum::<usize>() + top.bytes() + size_of_val(&placed[..]);
         let report = BuildReport {
             accel,
             triangles: builds.iter().map(|b| b.triangles as u64).sum(),
@@ -126,7 +133,8 @@ impl Tracer {
             overlap: overlap(&builds),
             stages,
         };
-        let stack_entries = stack_entries(top.levels + meshes.iter().map(|m| m.levels).max().unwrap_or(0));
+        let stack_entries =
+            stack_entries(top.levels + meshes.iter().map(MeshTree::levels).max().unwrap_or(0));
         Ok(Self {
             meshes,
             placed,
@@ -268,9 +276,18 @@ fn build_meshes(
     scene: &Scene,
     accel: &str,
     config: &BuildConfig,
-) -> Result<Vec<(MeshBvh, MeshBuild)>, BuildError> {
-    let build =
-        |scratch: &mut Scratch, mesh: &Option<&Mesh>| MeshBvh::build(accel, &view(*mesh), config, scratch);
+    layout: Layout,
+) -> Result<Vec<(MeshTree, MeshBuild)>, TraceError> {
+    let build = |scratch: &mut Scratch, mesh: &Option<&Mesh>| {
+        let (wide, mut build) = MeshBvh::build(accel, &view(*mesh), config, scratch)?;
+        if layout == Layout::Wide {
+            return Ok((MeshTree::Wide(wide), build));
+        }
+        let start = Instant::now();
+        let compact = CompactMesh::new(&wide, CompactMesh::SLOT)?;
+        build.stages.push(("pack", start.elapsed()));
+        Ok((MeshTree::Compact(compact), build))
+    };
     used_meshes(scene).par_iter().map_init(Scratch::default, build).collect()
 }
 

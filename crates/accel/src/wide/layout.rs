@@ -1,6 +1,32 @@
 //! Nodes with eight boxes, and blocks of eight triangles, as arrays of lanes.
 
 use vastlight_math::{Aabb, Vec3};
+use vastlight_simd::Simd8;
+
+/// A node with eight slots, however it is kept.
+pub trait WideNode {
+    /// What a slot points to, of the node that stands at `place`.
+    fn child(&self, place: usize, slot: usize) -> ChildRef;
+    /// The lower (`side` 0) or upper (1) planes of the slots' boxes, those of slots without child anything.
+    fn planes<S: Simd8>(&self, simd: S, axis: usize, side: usize) -> S::F;
+    /// The box of a slot with a child.
+    fn bounds(&self, slot: usize) -> Aabb;
+    /// The slots that may have a child, as bits; no ray meets the box of another of these.
+    fn used(&self) -> u32;
+}
+
+/// Corners of eight triangles: by corner, then axis, then lane.
+pub type LeafLanes = [[[f32; 8]; 3]; 3];
+
+/// Up to eight triangles, however they are kept.
+pub trait Leaf {
+    /// Their corners, those of lanes without triangle anything.
+    fn corners(&self) -> &LeafLanes;
+    /// The lanes that may hold a triangle, as bits; no ray hits another of these.
+    fn lanes(&self) -> u32;
+    /// The number of the triangle in a lane.
+    fn prim(&self, lane: usize) -> u32;
+}
 
 /// What a node's slot points to: a node, a leaf, or nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -80,12 +106,35 @@ impl Node8 {
     }
 }
 
+impl WideNode for Node8 {
+    #[inline(always)]
+    fn child(&self, _place: usize, slot: usize) -> ChildRef {
+        self.children[slot]
+    }
+
+    #[inline(always)]
+    fn planes<S: Simd8>(&self, simd: S, axis: usize, side: usize) -> S::F {
+        simd.load(&self.planes[axis][side])
+    }
+
+    #[inline(always)]
+    fn bounds(&self, slot: usize) -> Aabb {
+        Self::bounds(self, slot)
+    }
+
+    #[inline(always)]
+    fn used(&self) -> u32 {
+        // The boxes of the others are empty.
+        0xff
+    }
+}
+
 /// Up to eight triangles, 320 bytes. Lanes without triangle hold a point that no ray hits, and the number `u32::MAX`.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C, align(64))]
 pub struct Block8 {
     /// By corner, then axis, then lane.
-    pub corners: [[[f32; 8]; 3]; 3],
+    pub corners: LeafLanes,
     /// The triangles' numbers, by lane.
     pub prims: [u32; 8],
 }
@@ -126,5 +175,29 @@ impl Block8 {
     #[must_use]
     pub fn triangle(&self, lane: usize) -> [Vec3; 3] {
         std::array::from_fn(|corner| Vec3::from(std::array::from_fn(|axis| self.corners[corner][axis][lane])))
+    }
+
+    /// The numbers and boxes of its triangles.
+    pub(crate) fn boxes(&self) -> Vec<(u32, Aabb)> {
+        let used = (0..8).filter(|&lane| self.prims[lane] != Self::NO_PRIM);
+        used.map(|lane| (self.prims[lane], Aabb::from_points(self.triangle(lane)))).collect()
+    }
+}
+
+impl Leaf for Block8 {
+    #[inline(always)]
+    fn corners(&self) -> &LeafLanes {
+        &self.corners
+    }
+
+    #[inline(always)]
+    fn lanes(&self) -> u32 {
+        // The others hold points.
+        0xff
+    }
+
+    #[inline(always)]
+    fn prim(&self, lane: usize) -> u32 {
+        self.prims[lane]
     }
 }

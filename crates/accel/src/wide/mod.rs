@@ -8,8 +8,9 @@ mod top;
 pub mod traverse;
 mod validate;
 
-pub use layout::{Block8, ChildRef, Node8};
+pub use layout::{Block8, ChildRef, Leaf, LeafLanes, Node8, WideNode};
 pub(crate) use mesh::extent;
 pub use mesh::{MeshBuild, MeshBvh, MeshView};
 pub use top::TopBvh;
-pub use validate::validate_nodes;
+pub(crate) use validate::validate_blocks;
+pub use validate::{Boxes, validate_nodes};

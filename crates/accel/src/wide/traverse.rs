@@ -3,7 +3,7 @@
 //! Children wait on a stack of (distance, child) in one u64 each, near ones on top, so that a child behind the closest
 //! hit is dropped when its turn comes.
 
-use super::{ChildRef, Node8};
+use super::{ChildRef, WideNode};
 use crate::ray::BoxRay;
 use vastlight_simd::Simd8;
 
@@ -39,33 +39,33 @@ impl Waiting<'_> {
         None
     }
 
-    /// Puts the hit children of `node` aside but for the nearest, which it gives. With `PREFETCH` the caches are asked
+    /// Puts the hit children of a node, given with its place, aside but for the nearest, which it gives. With `PREFETCH` the caches are asked
     /// for all of them, where there are several. With `ANY`, for walks that end at the first hit, the others wait in no
     /// order.
     #[inline(always)]
     pub fn descend<S: Simd8, const PREFETCH: bool, const ANY: bool>(
         &mut self,
         simd: S,
-        node: &Node8,
+        (place, node): (usize, &impl WideNode),
         (mut hits, distances): (u32, S::F),
-        memory: &Memory,
+        memory: &impl Prefetch,
     ) -> Option<ChildRef> {
         if hits == 0 {
             return None;
         }
         let first = take_lowest(&mut hits);
         if hits == 0 {
-            return Some(node.children[first]);
+            return Some(node.child(place, first));
         }
         let distances = simd.to_array(distances);
         let bottom = self.depth;
-        let a = entry::<S, PREFETCH>(simd, node, first, &distances, memory);
-        let b = entry::<S, PREFETCH>(simd, node, take_lowest(&mut hits), &distances, memory);
+        let a = entry::<PREFETCH>(simd, (place, node), first, &distances, memory);
+        let b = entry::<PREFETCH>(simd, (place, node), take_lowest(&mut hits), &distances, memory);
         let mut nearest = a.min(b);
         self.entries[self.depth] = a.max(b);
         self.depth += 1;
         while hits != 0 {
-            let other = entry::<S, PREFETCH>(simd, node, take_lowest(&mut hits), &distances, memory);
+            let other = entry::<PREFETCH>(simd, (place, node), take_lowest(&mut hits), &distances, memory);
             let farther = nearest.max(other);
             let bottom = if ANY { self.depth } else { bottom };
             self.insert(bottom, farther);
@@ -96,18 +96,24 @@ fn take_lowest(bits: &mut u32) -> usize {
 }
 
 #[inline(always)]
-fn entry<S: Simd8, const PREFETCH: bool>(
-    simd: S,
-    node: &Node8,
+fn entry<const PREFETCH: bool>(
+    simd: impl Simd8,
+    (place, node): (usize, &impl WideNode),
     slot: usize,
     distances: &[f32; 8],
-    memory: &Memory,
+    memory: &impl Prefetch,
 ) -> Entry {
-    let child = node.children[slot];
+    let child = node.child(place, slot);
     if PREFETCH {
         memory.prefetch(simd, child);
     }
     u64::from(distances[slot].to_bits()) << 32 | u64::from(child.0)
+}
+
+/// Knows where nodes and leaves stand in memory.
+pub trait Prefetch {
+    /// Asks the caches for what a child is.
+    fn prefetch<S: Simd8>(&self, simd: S, child: ChildRef);
 }
 
 /// Where a tree's nodes and leaves stand in memory, to ask the caches for them without a branch.
@@ -121,16 +127,17 @@ impl Memory {
     /// The memory of a tree whose leaves are the elements of `leaves`.
     #[inline(always)]
     #[must_use]
-    pub fn new<L>(nodes: &[Node8], leaves: &[L]) -> Self {
+    pub fn new<N, L>(nodes: &[N], leaves: &[L]) -> Self {
         Self {
             first: [nodes.as_ptr().cast(), leaves.as_ptr().cast()],
-            stride: [size_of::<Node8>(), size_of::<L>()],
+            stride: [size_of::<N>(), size_of::<L>()],
         }
     }
+}
 
-    /// Asks the caches for a node or leaf.
+impl Prefetch for Memory {
     #[inline(always)]
-    pub fn prefetch<S: Simd8>(&self, simd: S, child: ChildRef) {
+    fn prefetch<S: Simd8>(&self, simd: S, child: ChildRef) {
         let kind = usize::from(child.is_leaf());
         simd.prefetch::<5>(self.first[kind].wrapping_add(self.stride[kind] * child.index()));
     }
@@ -163,18 +170,18 @@ impl<S: Simd8> RayLanes<S> {
     /// The slots whose box the ray meets before `t_max`, as bits, and where it enters each.
     #[inline(always)]
     #[must_use]
-    pub fn test(&self, s: S, node: &Node8, t_max: f32) -> (u32, S::F) {
+    pub fn test(&self, s: S, node: &impl WideNode, t_max: f32) -> (u32, S::F) {
         let (x, y, z) = (self.slab(s, node, 0), self.slab(s, node, 1), self.slab(s, node, 2));
         let enter = s.max(s.max(x.0, y.0), s.max(z.0, self.t_min));
         let leave = s.min(s.min(x.1, y.1), s.min(z.1, s.splat(t_max)));
-        (s.bits(s.le(enter, leave)), enter)
+        (s.bits(s.le(enter, leave)) & node.used(), enter)
     }
 
     /// Where the ray enters and leaves the slabs of one axis.
     #[inline(always)]
-    fn slab(&self, s: S, node: &Node8, axis: usize) -> (S::F, S::F) {
+    fn slab(&self, s: S, node: &impl WideNode, axis: usize) -> (S::F, S::F) {
         let upper = self.enters_by_upper[axis] & 1;
-        let (near, far) = (s.load(&node.planes[axis][upper]), s.load(&node.planes[axis][upper ^ 1]));
+        let (near, far) = (node.planes(s, axis, upper), node.planes(s, axis, upper ^ 1));
         let reciprocal = self.reciprocal[axis];
         let enter = s.mul_sub(near, reciprocal, self.near_offset[axis]);
         (enter, s.mul_sub(far, reciprocal, self.far_offset[axis]))

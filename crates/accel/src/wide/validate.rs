@@ -5,6 +5,15 @@ use crate::validate::{Found, covers_triangle};
 use crate::{Report, Violation};
 use vastlight_math::Aabb;
 
+/// What boxes of children have to do with those of their parents.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Boxes {
+    /// They lie inside.
+    Nested,
+    /// Rounded outward by themselves, they may stand out; what counts is what is inside all boxes on the way.
+    Rounded,
+}
+
 /// Checks that `nodes` below `root` are a tree of which every node is reached once, and that every slot's box contains
 /// the boxes below. `leaf` gives the numbers and boxes of a leaf's primitives, or none if there is no such leaf; where
 /// several leaves name a primitive, `covered` is asked whether their boxes together contain it.
@@ -15,6 +24,7 @@ pub fn validate_nodes(
     nodes: &[Node8],
     root: Option<ChildRef>,
     prims: usize,
+    boxes: Boxes,
     leaf: impl Fn(usize) -> Option<Vec<(u32, Aabb)>>,
     covered: impl Fn(u32, &[Aabb]) -> bool,
 ) -> Result<Report, Violation> {
@@ -33,7 +43,7 @@ pub fn validate_nodes(
                     what: "has children that are no nodes of a tree",
                 });
             }
-            push_children(&nodes[child.index()], child.index(), &bounds, parent, &mut waiting)?;
+            push_children((child.index(), &nodes[child.index()]), (parent, &bounds), boxes, &mut waiting)?;
             continue;
         }
         let Some(named) = leaf(child.index()) else {
@@ -57,10 +67,9 @@ pub fn validate_nodes(
 }
 
 fn push_children(
-    node: &Node8,
-    index: usize,
-    bounds: &Aabb,
-    parent: usize,
+    (index, node): (usize, &Node8),
+    (parent, bounds): (usize, &Aabb),
+    boxes: Boxes,
     waiting: &mut Vec<(usize, ChildRef, Aabb)>,
 ) -> Result<(), Violation> {
     for slot in 0..8 {
@@ -71,10 +80,24 @@ fn push_children(
             }
             continue;
         }
-        if !bounds.contains(&own) {
+        if boxes == Boxes::Nested && !bounds.contains(&own) {
             return Err(Violation::Box { node: parent, below: format!("node {index}") });
         }
-        waiting.push((index, child, own));
+        waiting.push((index, child, Aabb { min: own.min.max(bounds.min), max: own.max.min(bounds.max) }));
+    }
+    Ok(())
+}
+
+/// Checks that the triangles of `blocks` are those of `mesh`, scaled.
+pub(crate) fn validate_blocks(blocks: &[Block8], mesh: &MeshView<'_>, scale: f32) -> Result<(), Violation> {
+    for (index, block) in blocks.iter().enumerate() {
+        for lane in (0..8).filter(|&lane| block.prims[lane] != Block8::NO_PRIM) {
+            let prim = block.prims[lane];
+            let exists = (prim as usize) < mesh.triangles.len();
+            if !exists || block.triangle(lane) != mesh.corners(prim).map(|p| p * scale) {
+                return Err(Violation::Shape { node: index, what: "is a block with a wrong triangle" });
+            }
+        }
     }
     Ok(())
 }
@@ -85,22 +108,10 @@ impl MeshBvh {
     /// # Errors
     /// The first violation.
     pub fn validate(&self, mesh: &MeshView<'_>) -> Result<Report, Violation> {
-        for (index, block) in self.blocks.iter().enumerate() {
-            for lane in (0..8).filter(|&lane| block.prims[lane] != Block8::NO_PRIM) {
-                let prim = block.prims[lane];
-                let exists = (prim as usize) < mesh.triangles.len();
-                if !exists || block.triangle(lane) != mesh.corners(prim).map(|p| p * self.scale) {
-                    return Err(Violation::Shape { node: index, what: "is a block with a wrong triangle" });
-                }
-            }
-        }
-        let leaf = |leaf: usize| {
-            let block = self.blocks.get(leaf)?;
-            let used = (0..8).filter(|&lane| block.prims[lane] != Block8::NO_PRIM);
-            Some(used.map(|l| (block.prims[l], Aabb::from_points(block.triangle(l)))).collect())
-        };
+        validate_blocks(&self.blocks, mesh, self.scale)?;
+        let leaf = |leaf: usize| self.blocks.get(leaf).map(Block8::boxes);
         let corners = |prim: u32| mesh.corners(prim).map(|p| p * self.scale);
         let covered = |prim: u32, boxes: &[Aabb]| covers_triangle(corners(prim), boxes);
-        validate_nodes(&self.nodes, self.root, mesh.triangles.len(), leaf, covered)
+        validate_nodes(&self.nodes, self.root, mesh.triangles.len(), Boxes::Nested, leaf, covered)
     }
 }

@@ -7,13 +7,17 @@
 
 mod space;
 
+use crate::instance::MeshSpace;
+use crate::mesh::Leaves;
 use crate::patch::Patch;
 use crate::reach::meet;
+use crate::tree::{Nodes, OverBlocks, OverPages, Tree, Visitor};
 use crate::walk::Answers;
 use crate::{Hit, HitFilter, Tracer};
 use space::{NOWHERE, Place, Space};
+use vastlight_accel::compact::Page;
 use vastlight_accel::ray::TriangleRay;
-use vastlight_accel::wide::{ChildRef, MeshBvh, Node8};
+use vastlight_accel::wide::{ChildRef, Leaf, WideNode};
 use vastlight_math::{Aabb, Ray};
 use vastlight_simd::Simd8;
 
@@ -64,8 +68,9 @@ impl Entry {
 
     /// The box of the child, `root` that of the tree.
     #[inline(always)]
-    fn bounds(&self, nodes: &[Node8], root: &Aabb) -> Aabb {
-        if self.node == Self::ROOT { *root } else { nodes[self.node as usize].bounds(self.slot as usize % 8) }
+    fn bounds<S: Simd8>(&self, simd: S, nodes: &impl Nodes, root: &Aabb) -> Aabb {
+        let node = if self.node == Self::ROOT { None } else { nodes.node(simd, self.node as usize) };
+        node.map_or(*root, |node| node.bounds(self.slot as usize % 8))
     }
 }
 
@@ -153,7 +158,7 @@ impl Bundle {
     fn next_leaf<S: Simd8, const TOP: bool>(
         &mut self,
         simd: S,
-        nodes: &[Node8],
+        nodes: &impl Nodes,
         floor: usize,
     ) -> Option<Entry> {
         let space = if TOP { &self.world } else { &self.mesh };
@@ -184,8 +189,9 @@ impl Bundle {
         let place = Place { placed: None, extent: tracer.extent, margin_factor: tracer.margin_factor };
         self.world.load(simd, &place, (job.rays, &job.patch), chosen, &self.reach);
         self.waiting.push(Entry::root(root));
-        while let Some(entry) = self.next_leaf::<S, true>(simd, &tracer.top.nodes, 0) {
-            let lanes = self.world.meeting(simd, &entry.bounds(&tracer.top.nodes, &Aabb::EMPTY));
+        let nodes = &tracer.top.nodes[..];
+        while let Some(entry) = self.next_leaf::<S, true>(simd, &nodes, 0) {
+            let lanes = self.world.meeting(simd, &entry.bounds(simd, &nodes, &Aabb::EMPTY));
             let rays = self.rays_of(lanes);
             if rays != 0 && self.cross_instance(simd, job, entry.child.index(), rays) {
                 self.shorten_in_world::<S, ANY>(simd, lanes);
@@ -215,17 +221,39 @@ impl Bundle {
     ) -> bool {
         let placed = &job.tracer.placed[instance];
         let mesh = &job.tracer.meshes[placed.mesh as usize];
-        let (Some(root), true) = (mesh.root, rays != 0) else { return false };
-        let place = Place { placed: Some(placed), extent: mesh.extent, margin_factor: 1.0 };
+        let (Some(root), true) = (mesh.root(), rays != 0) else { return false };
+        let MeshSpace { bounds, extent, .. } = mesh.space();
+        let place = Place { placed: Some(placed), extent, margin_factor: 1.0 };
         self.mesh.load(simd, &place, (job.rays, &job.patch), rays, &self.reach);
         self.ready = 0;
+        let task = Task { job, instance: instance as u32, extent };
+        let (nodes, memory) = (mesh.nodes(), mesh.memory());
+        match mesh.leaves() {
+            Leaves::Blocks(blocks) => {
+                self.cross(simd, &task, &OverBlocks { nodes, blocks, memory }, (root, &bounds))
+            }
+            Leaves::Pages(mesh) => self.cross(simd, &task, &OverPages { mesh, memory }, (root, &bounds)),
+        }
+    }
+
+    /// Walks through what is below the root of a tree, whose box is given; whether any ray hit it.
+    #[inline(always)]
+    fn cross<S: Simd8, F: HitFilter, const ANY: bool>(
+        &mut self,
+        simd: S,
+        task: &Task<'_, '_, F, ANY>,
+        tree: &impl Tree,
+        (root, bounds): (ChildRef, &Aabb),
+    ) -> bool {
         let floor = self.waiting.len();
         let mut found_any = false;
         self.waiting.push(Entry::root(root));
-        while let Some(entry) = self.next_leaf::<S, false>(simd, &mesh.nodes, floor) {
+        while let Some(entry) = self.next_leaf::<S, false>(simd, tree, floor) {
             self.tests = self.tests.saturating_sub(self.mesh.groups() / 2);
-            let met = self.mesh.meeting(simd, &entry.bounds(&mesh.nodes, &mesh.bounds));
-            if met != 0 && self.test_block(simd, job, mesh, (entry.child.index(), instance as u32), met) {
+            let bounds = entry.bounds(simd, tree, bounds);
+            let met = self.mesh.meeting(simd, &bounds);
+            let mut visit = Visit { bundle: self, task, met, bounds };
+            if met != 0 && tree.visit(simd, &mut visit, entry.child.index()) {
                 found_any = true;
                 self.mesh.shortened(simd);
             }
@@ -233,29 +261,27 @@ impl Bundle {
         found_any
     }
 
-    /// Tests rays with the triangles of a block; whether one was hit.
+    /// Tests the rays in some lanes with triangles; whether one was hit.
     #[inline(always)]
-    fn test_block<S: Simd8, F: HitFilter, const ANY: bool>(
+    fn meet<S: Simd8, F: HitFilter, const ANY: bool>(
         &mut self,
         simd: S,
-        job: &Job<'_, F, ANY>,
-        mesh: &MeshBvh,
-        (block, instance): (usize, u32),
+        task: &Task<'_, '_, F, ANY>,
+        leaf: &impl Leaf,
         mut lanes: u64,
     ) -> bool {
-        let block = &mesh.blocks[block];
         let mut found_any = false;
         while lanes != 0 {
             let lane = lanes.trailing_zeros() as usize % RAYS;
             lanes &= lanes - 1;
             if self.ready >> lane & 1 == 0 {
-                self.triangles[lane] = self.mesh.triangle_ray(lane, mesh.extent);
+                self.triangles[lane] = self.mesh.triangle_ray(lane, task.extent);
                 self.ready |= 1 << lane;
             }
             let mut reach = self.mesh.reach(lane);
             let i = self.mesh.member(lane);
-            let ray = (&self.triangles[lane], job.patch.index(i));
-            if meet(simd, (block, instance), ray, job.filter, &mut reach, &mut self.best[i]) {
+            let ray = (&self.triangles[lane], task.job.patch.index(i));
+            if meet(simd, (leaf, task.instance), ray, task.job.filter, &mut reach, &mut self.best[i]) {
                 self.reach[i] = if ANY { NOWHERE } else { self.best[i].t };
                 self.mesh.shorten(lane, if ANY { NOWHERE } else { reach.t_max });
                 found_any = true;
@@ -279,23 +305,55 @@ impl Bundle {
 
 /// Puts the children of a node that rays may meet aside, the nearest on top.
 #[inline(always)]
-fn descend<S: Simd8>(simd: S, space: &Space, nodes: &[Node8], node: ChildRef, waiting: &mut Vec<Entry>) {
+fn descend<S: Simd8>(simd: S, space: &Space, nodes: &impl Nodes, node: ChildRef, waiting: &mut Vec<Entry>) {
     let number = node.index();
-    let node = &nodes[number];
+    let Some(node) = nodes.node(simd, number) else { return };
     let (mut hits, near) = space.may_meet(simd, node);
     let near = simd.to_array(near);
     let bottom = waiting.len();
     while hits != 0 {
         let slot = hits.trailing_zeros() as usize % 8;
         hits &= hits - 1;
-        let entry =
-            Entry { near: near[slot], child: node.children[slot], node: number as u32, slot: slot as u32 };
+        let entry = Entry {
+            near: near[slot],
+            child: node.child(number, slot),
+            node: number as u32,
+            slot: slot as u32,
+        };
         let mut place = waiting.len();
         waiting.push(entry);
         while place > bottom && waiting[place - 1].near < entry.near {
             waiting.swap(place, place - 1);
             place -= 1;
         }
+    }
+}
+
+/// A job in the mesh of an instance.
+struct Task<'t, 'j, F, const ANY: bool> {
+    job: &'t Job<'j, F, ANY>,
+    instance: u32,
+    /// Largest coordinate of the mesh.
+    extent: f32,
+}
+
+/// A bundle at a leaf with this box, which the rays in the lanes `met` meet.
+struct Visit<'v, 't, 'j, F, const ANY: bool> {
+    bundle: &'v mut Bundle,
+    task: &'v Task<'t, 'j, F, ANY>,
+    met: u64,
+    bounds: Aabb,
+}
+
+impl<S: Simd8, F: HitFilter, const ANY: bool> Visitor<S> for Visit<'_, '_, '_, F, ANY> {
+    #[inline(always)]
+    fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool {
+        self.bundle.meet(simd, self.task, triangles, self.met)
+    }
+
+    #[inline(always)]
+    fn page(&mut self, simd: S, page: &Page<'_>, root: ChildRef) -> bool {
+        self.bundle.cross(simd, self.task, page, (root, &self.bounds))
     }
 }
 

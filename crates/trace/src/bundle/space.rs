@@ -5,7 +5,7 @@ use crate::instance::Placed;
 use crate::patch::Patch;
 use crate::reach::Reach;
 use vastlight_accel::ray::{EightRays, ScaledRay, TriangleRay};
-use vastlight_accel::wide::Node8;
+use vastlight_accel::wide::WideNode;
 use vastlight_math::{Aabb, Ray, Vec3};
 use vastlight_simd::Simd8;
 
@@ -291,17 +291,17 @@ impl Space {
     /// The slots of `node` that some ray may meet, as bits, and where the first may enter each. Never leaves out a slot
     /// that a ray does meet.
     #[inline(always)]
-    pub(super) fn may_meet<S: Simd8>(&self, s: S, node: &Node8) -> (u32, S::F) {
+    pub(super) fn may_meet<S: Simd8>(&self, s: S, node: &impl WideNode) -> (u32, S::F) {
         let mut enter = s.splat(self.first);
         let mut leave = s.splat(self.last);
-        for (planes, interval) in node.planes.iter().zip(&self.intervals) {
+        for (axis, interval) in self.intervals.iter().enumerate() {
             let upper = match interval.side() {
                 Side::Lower => 0,
                 Side::Upper => 1,
                 Side::Mixed => continue,
             };
             let [low, high] = interval.reciprocal;
-            let (near, far) = (s.load(&planes[upper]), s.load(&planes[upper ^ 1]));
+            let (near, far) = (node.planes(s, axis, upper), node.planes(s, axis, upper ^ 1));
             let (low, high) = (s.splat(low), s.splat(high));
             // The ray that starts nearest to a plane reaches it first.
             let near = s.sub(near, s.splat(interval.origin[upper ^ 1]));
@@ -309,8 +309,8 @@ impl Space {
             enter = s.max(enter, s.min(s.mul(near, low), s.mul(near, high)));
             leave = s.min(leave, s.max(s.mul(far, low), s.mul(far, high)));
         }
-        let exists = s.le(s.load(&node.planes[0][0]), s.load(&node.planes[0][1]));
-        (s.bits(s.and(exists, s.le(enter, leave))), enter)
+        let exists = s.le(node.planes(s, 0, 0), node.planes(s, 0, 1));
+        (s.bits(s.and(exists, s.le(enter, leave))) & node.used(), enter)
     }
 
     /// The lanes whose ray meets a box, a bit each.

@@ -7,7 +7,7 @@ use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
 use vastlight_simd::Level;
 use vastlight_trace::stream::{Outlets, StreamRay};
-use vastlight_trace::{AcceptAll, Hit, Tracer, TracerConfig};
+use vastlight_trace::{AcceptAll, Hit, Layout, Tracer, TracerConfig};
 
 /// A small generator of numbers for tests: xorshift64*.
 pub(crate) struct Random(pub(crate) u64);
@@ -52,12 +52,13 @@ pub(crate) fn tracer(scene: &Scene, level: Level) -> Tracer {
     tracer_over("", scene, level)
 }
 
-/// Names of structures for tests: the default, kd-trees by threads and with a stack.
-pub(crate) const ACCELS: [&str; 4] = ["", "kd-threaded", "kd-threaded-sah", "kd-stack"];
+/// Names of structures for tests: the default, the same in the compact layout, kd-trees by threads and with a stack.
+pub(crate) const ACCELS: [&str; 5] = ["", "compact", "kd-threaded", "kd-threaded-sah", "kd-stack"];
 
 /// A tracer over a structure by name.
 pub(crate) fn tracer_over(accel: &str, scene: &Scene, level: Level) -> Tracer {
-    let config = TracerConfig { level: Some(level), accel: accel.into(), ..TracerConfig::default() };
+    let (accel, layout) = if accel == "compact" { ("", Layout::Compact) } else { (accel, Layout::Wide) };
+    let config = TracerConfig { level: Some(level), accel: accel.into(), layout, ..TracerConfig::default() };
     Tracer::new(scene, &config).expect("built")
 }
 

@@ -31,6 +31,7 @@ pub(crate) fn run(arguments: &Build, common: &Common) -> Result<Exit, Error> {
         "bench": "build",
         "accel": figures.accel,
         "optimize": arguments.structure.optimize,
+        "layout": arguments.structure.layout,
         "threads": rayon::current_num_threads(),
         "triangles": figures.triangles,
         "references": figures.references,

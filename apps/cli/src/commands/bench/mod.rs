@@ -10,7 +10,7 @@ use crate::arguments::Common;
 use crate::exit::Exit;
 use clap::{Args, Subcommand};
 use std::time::Instant;
-use vastlight::trace::{TraceError, TracerConfig};
+use vastlight::trace::{Layout, TraceError, TracerConfig};
 use vastlight::{Error, ErrorClass};
 
 /// Measure, and print one JSON line a result
@@ -51,6 +51,9 @@ struct Structure {
     /// Rounds of reinsertion after the build: slower to build, faster to trace
     #[arg(long, value_name = "N", default_value_t = 0)]
     optimize: u32,
+    /// How meshes lie in memory
+    #[arg(long, value_name = "NAME", default_value = Layout::NAMES[0], value_parser = Layout::NAMES)]
+    layout: String,
 }
 
 impl Structure {
@@ -59,6 +62,7 @@ impl Structure {
             accel: self.accel.clone(),
             split_budget: self.split_budget,
             optimize: self.optimize,
+            layout: Layout::from_name(&self.layout).unwrap_or_default(),
             ..TracerConfig::default()
         }
     }

@@ -81,6 +81,7 @@ fn print_line(arguments: &Trace, figures: &TraceFigures) {
         "bench": "trace",
         "accel": figures.accel,
         "optimize": arguments.structure.optimize,
+        "layout": arguments.structure.layout,
         "occluded": arguments.occluded,
         "batch": arguments.batch == Batch::On,
         "sorted": figures.sort.sorted,

@@ -1,0 +1,225 @@
+//! Nodes with eight quantised boxes.
+//!
+//! After H. Ylitie, T. Karras, S. Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs".
+//! Deviation: a reference for each child, since pages are small enough for 16 bits; and the triangles of all leaves below a
+//! node stand behind it, so that one look at memory brings them all.
+
+use super::cluster::Packing;
+use crate::wide::{ChildRef, Node8, WideNode};
+use vastlight_math::{Aabb, Vec3};
+use vastlight_simd::Simd8;
+
+/// Eight children and their boxes in 92 bytes, in a page.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub struct PackedNode {
+    /// Bits of the f32 from which planes are counted, by axis.
+    origin: [u32; 3],
+    /// Distance between planes, by axis: the exponent bits of an f32.
+    exponents: [u8; 3],
+    /// Slots with a child, as bits.
+    used: u8,
+    /// By axis, then lower or upper, then slot.
+    planes: [[[u8; 8]; 2]; 3],
+    /// By slot: the place of a node in the page, in units of four bytes; or the first triangle of a leaf in the cluster in
+    /// the lower eight bits, and its number of triangles less one.
+    children: [u16; 8],
+    /// Slots with a leaf, as bits.
+    leaves: u8,
+    reserved: [u8; 2],
+    /// How the cluster behind the node is packed.
+    pub(super) packing: Packing,
+}
+
+/// What a slot of a node in a page points to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PackedChild {
+    /// The node at this place, in units of four bytes.
+    Node(u16),
+    /// Triangles of the node's cluster.
+    Leaf(LeafRun),
+}
+
+/// The triangles of a leaf, in the cluster.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct LeafRun {
+    pub(super) first: u8,
+    pub(super) count: u8,
+}
+
+/// A leaf in a page: its node's place, and its slot there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct LeafPlace {
+    pub(super) node: usize,
+    pub(super) slot: usize,
+}
+
+impl LeafPlace {
+    #[inline(always)]
+    pub(super) fn from_index(index: usize) -> Self {
+        Self { node: index / 8, slot: index % 8 }
+    }
+}
+
+impl PackedNode {
+    /// Packs the boxes of `node`, whose children become these.
+    pub(super) fn new(node: &Node8, children: &[Option<PackedChild>; 8], packing: Packing) -> Self {
+        let mut packed = Self { planes: [[[u8::MAX; 8], [0; 8]]; 3], packing, ..Self::default() };
+        for (slot, child) in children.iter().enumerate() {
+            packed.used |= u8::from(child.is_some()) << slot;
+            match child {
+                Some(PackedChild::Node(node)) => packed.children[slot] = *node,
+                Some(PackedChild::Leaf(run)) => {
+                    packed.leaves |= 1 << slot;
+                    packed.children[slot] = u16::from(run.first) | u16::from(run.count - 1) << 8;
+                }
+                None => {}
+            }
+        }
+        (0..3).for_each(|axis| packed.pack_axis(node, axis));
+        packed
+    }
+
+    /// Makes a slot point to the node at a place.
+    pub(super) fn set_node(&mut self, slot: usize, place: u16) {
+        self.children[slot % 8] = place;
+    }
+
+    /// The triangles of the leaf in a slot.
+    #[inline(always)]
+    pub(super) fn run(&self, slot: usize) -> LeafRun {
+        let child = self.children[slot % 8];
+        LeafRun { first: child as u8, count: (child >> 8) as u8 % 8 + 1 }
+    }
+
+    /// Rounds the planes of an axis outward, to the smallest distance with which eight bits reach.
+    fn pack_axis(&mut self, node: &Node8, axis: usize) {
+        let slots = || (0..8).filter(|&slot| self.used >> slot & 1 == 1);
+        let [lower, upper] = &node.planes[axis];
+        let first = slots().map(|s| lower[s]).fold(f32::INFINITY, f32::min);
+        let last = slots().map(|s| upper[s]).fold(f32::NEG_INFINITY, f32::max);
+        let smallest = ((last - first) / 255.0).to_bits() >> 23;
+        for exponent in smallest.clamp(1, 253)..=254 {
+            let step = f32::from_bits(exponent << 23);
+            let plane = |q: u8| first + f32::from(q) * step;
+            let mut planes = [[u8::MAX; 8], [0; 8]];
+            let mut fits = true;
+            for slot in slots() {
+                let down =
+                    (0..=last_below(lower[slot] - first, step)).rev().find(|&q| plane(q) <= lower[slot]);
+                let up = (last_below(upper[slot] - first, step)..=u8::MAX).find(|&q| plane(q) >= upper[slot]);
+                fits &= up.is_some();
+                (planes[0][slot], planes[1][slot]) = (down.unwrap_or(0), up.unwrap_or(u8::MAX));
+            }
+            (self.origin[axis], self.exponents[axis], self.planes[axis]) =
+                (first.to_bits(), exponent as u8, planes);
+            if fits {
+                return;
+            }
+        }
+    }
+
+    /// The same with full boxes; it stands at `place`.
+    #[must_use]
+    pub fn to_wide(&self, place: usize) -> Node8 {
+        let mut node = Node8::EMPTY;
+        for slot in (0..8).filter(|&slot| self.used >> slot & 1 == 1) {
+            node.set(slot, self.child(place, slot), &self.bounds(slot));
+        }
+        node
+    }
+
+    #[inline(always)]
+    fn plane(&self, axis: usize, side: usize, slot: usize) -> f32 {
+        let step = f32::from_bits(u32::from(self.exponents[axis]) << 23);
+        f32::from_bits(self.origin[axis]) + f32::from(self.planes[axis][side][slot]) * step
+    }
+}
+
+/// The number of steps up to `x`, in 8 bits.
+fn last_below(x: f32, step: f32) -> u8 {
+    (x / step).min(255.0) as u8
+}
+
+impl WideNode for PackedNode {
+    #[inline(always)]
+    fn child(&self, place: usize, slot: usize) -> ChildRef {
+        if self.leaves >> (slot % 8) & 1 == 0 {
+            ChildRef::node(u32::from(self.children[slot % 8]))
+        } else {
+            ChildRef::leaf((8 * place + slot % 8) as u32)
+        }
+    }
+
+    #[inline(always)]
+    fn planes<S: Simd8>(&self, s: S, axis: usize, side: usize) -> S::F {
+        let step = f32::from_bits(u32::from(self.exponents[axis]) << 23);
+        // The product is exact, so the sum is rounded once at every level.
+        s.add(
+            s.splat(f32::from_bits(self.origin[axis])),
+            s.mul(s.widen(&self.planes[axis][side]), s.splat(step)),
+        )
+    }
+
+    #[inline(always)]
+    fn bounds(&self, slot: usize) -> Aabb {
+        let corner = |side: usize| Vec3::from(std::array::from_fn(|axis| self.plane(axis, side, slot % 8)));
+        Aabb { min: corner(0), max: corner(1) }
+    }
+
+    #[inline(always)]
+    fn used(&self) -> u32 {
+        u32::from(self.used)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packed_boxes_contain_the_given_ones_and_are_little_larger() {
+        let mut state = 7_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 16_777_216.0
+        };
+        for scale in [1e-6_f32, 0.3, 1.0, 1e6] {
+            for count in 1..=8 {
+                let mut node = Node8::EMPTY;
+                for slot in 0..count {
+                    let min = Vec3::new(random(), random() * 1e-3, 5.0 + random()) * scale;
+                    let size = Vec3::new(random(), random(), 0.0) * scale;
+                    node.set(slot, ChildRef::leaf(slot as u32), &Aabb { min, max: min + size });
+                }
+                let children: [_; 8] = std::array::from_fn(|slot| {
+                    let run = LeafRun { first: 9 * slot as u8, count: slot as u8 + 1 };
+                    let child = if slot % 3 == 0 { PackedChild::Node(9) } else { PackedChild::Leaf(run) };
+                    (slot < count).then_some(child)
+                });
+                let packed = PackedNode::new(&node, &children, Packing::default());
+                let wide = packed.to_wide(777);
+                for (slot, &child) in children.iter().enumerate() {
+                    match child {
+                        None => assert_eq!(wide.children[slot], ChildRef::NONE),
+                        Some(PackedChild::Node(node)) => {
+                            assert_eq!(wide.children[slot], ChildRef::node(u32::from(node)));
+                        }
+                        Some(PackedChild::Leaf(run)) => {
+                            let place = LeafPlace::from_index(wide.children[slot].index());
+                            assert_eq!(place, LeafPlace { node: 777, slot });
+                            assert_eq!(packed.run(slot), run);
+                        }
+                    }
+                    let (own, given) = (wide.bounds(slot), node.bounds(slot));
+                    assert!(slot >= count || own.contains(&given), "{own:?} {given:?}");
+                    let slack = Vec3::splat(scale * (2.0 / 100.0));
+                    assert!(
+                        slot >= count
+                            || Aabb { min: given.min - slack, max: given.max + slack }.contains(&own)
+                    );
+                }
+            }
+        }
+    }
+}

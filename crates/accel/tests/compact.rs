@@ -1,0 +1,153 @@
+//! Pages hold the same triangles as wide trees, to the last bit, and never more than a reader can stand.
+
+mod common;
+
+use common::inputs;
+use vastlight_accel::build::NAMES;
+use vastlight_accel::compact::{CompactError, CompactMesh, Page};
+use vastlight_accel::wide::{ChildRef, Leaf, MeshBvh, MeshView};
+use vastlight_accel::{BuildConfig, Scratch};
+use vastlight_math::Vec3;
+use vastlight_simd::{Kernel, Level, Simd8};
+
+struct Soup {
+    positions: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Soup {
+    /// Triangles whose corners are moved to a lattice of 23 bits.
+    fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let positions: Vec<Vec3> = triangles.iter().flatten().copied().collect();
+        let largest = positions.iter().map(|p| p.abs().max_element()).fold(f32::MIN_POSITIVE, f32::max);
+        let step = f64::from(largest).log2().floor().exp2() / 4_194_304.0;
+        let snap = |x: f32| ((f64::from(x) / step).round() * step) as f32;
+        let positions = positions.into_iter().map(|p| Vec3::new(snap(p.x), snap(p.y), snap(p.z))).collect();
+        let corners = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+        Self { positions, triangles: corners.collect() }
+    }
+
+    fn view(&self) -> MeshView<'_> {
+        MeshView { positions: &self.positions, triangles: &self.triangles }
+    }
+
+    fn build(&self, name: &str) -> MeshBvh {
+        MeshBvh::build(name, &self.view(), &BuildConfig::default(), &mut Scratch::default()).expect("built").0
+    }
+}
+
+/// A bumpy sheet whose triangles share vertices.
+fn sheet(side: usize) -> Soup {
+    let height = |x: usize, y: usize| ((x * 7 + y * 13) % 32) as f32 / 64.0;
+    let vertex = |i: usize| Vec3::new((i % side) as f32, height(i % side, i / side), (i / side) as f32);
+    let quad = |i: usize| {
+        let a = (i / (side - 1) * side + i % (side - 1)) as u32;
+        let (b, c, d) = (a + 1, a + side as u32, a + side as u32 + 1);
+        [[a, b, c], [b, d, c]]
+    };
+    Soup {
+        positions: (0..side * side).map(vertex).collect(),
+        triangles: (0..(side - 1) * (side - 1)).flat_map(quad).collect(),
+    }
+}
+
+#[test]
+fn pages_of_any_size_hold_what_the_wide_tree_holds() {
+    for (input, triangles) in inputs() {
+        let soup = Soup::new(&triangles);
+        for name in ["binned-sah", "sbvh", "hlbvh2"] {
+            assert!(NAMES.contains(&name));
+            let wide = soup.build(name);
+            let whole = wide.validate(&soup.view()).expect("sound");
+            for slot in [1 << 10, 1 << 13, CompactMesh::SLOT, 1 << 20] {
+                let compact =
+                    CompactMesh::new(&wide, slot).unwrap_or_else(|e| panic!("{name}, {input}: {e}"));
+                let report = compact
+                    .validate(&soup.view())
+                    .unwrap_or_else(|violation| panic!("{name}, {input}, {slot}: {violation}"));
+                assert_eq!(
+                    (report.leaves, report.references, report.largest_leaf),
+                    (whole.leaves, whole.references, whole.largest_leaf),
+                    "{name}, {input}, {slot}"
+                );
+                assert!(compact.shares().sum() <= compact.pages() * slot);
+            }
+        }
+    }
+}
+
+#[test]
+fn shared_vertices_are_stored_once_in_few_bits() {
+    let soup = sheet(200);
+    let compact = CompactMesh::new(&soup.build(""), CompactMesh::SLOT).expect("packed");
+    compact.validate(&soup.view()).expect("sound");
+    let of_a_triangle = |bytes: usize| bytes as f64 / soup.triangles.len() as f64;
+    let shares = compact.shares();
+    // Coordinates are small integers, and 64ths of them: some three bytes a vertex.
+    assert!(of_a_triangle(shares.vertices) < 2.5, "{shares:?}");
+    assert!(of_a_triangle(compact.bytes()) < 12.0, "{shares:?}");
+    assert!(compact.bytes() * 4 < soup.build("").bytes());
+}
+
+#[test]
+fn small_pages_are_full() {
+    let soup = Soup::new(&inputs().into_iter().find(|input| input.0 == "many").expect("an input").1);
+    let compact = CompactMesh::new(&soup.build(""), 1 << 14).expect("packed");
+    assert!(compact.shares().sum() * 100 > compact.pages() * (1 << 14) * 85, "{} pages", compact.pages());
+}
+
+#[test]
+fn meshes_off_the_lattice_and_pages_too_small_are_errors() {
+    let mut soup = Soup::new(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]);
+    soup.positions[0].x = 1e-20;
+    let refused = |soup: &Soup, slot| CompactMesh::new(&soup.build(""), slot).err();
+    assert_eq!(refused(&soup, 4096), Some(CompactError::Lattice { triangle: 0 }));
+    assert_eq!(refused(&sheet(20), 64), Some(CompactError::Slot { bytes: 64 }));
+}
+
+/// Reads every word of a page as a node, and all leaves that these name; gives something that depends on them.
+struct ReadAll<'a>(Page<'a>);
+
+impl Kernel for ReadAll<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<S: Simd8>(self, simd: S) -> f32 {
+        let mut sum = 0.0;
+        let nodes = (0..).map_while(|place| self.0.node(place).map(|node| node.to_wide(place)));
+        for child in nodes.flat_map(|node| node.children) {
+            if child != ChildRef::NONE && child.is_leaf() {
+                let leaf = self.0.leaf(simd, child.index());
+                for lane in (0..8).filter(|lane| leaf.lanes() >> lane & 1 == 1) {
+                    sum += leaf.corners()[2][1][lane] + leaf.prim(lane) as f32;
+                }
+            }
+        }
+        sum
+    }
+}
+
+#[test]
+fn damaged_pages_are_read_without_harm() {
+    let soup = sheet(60);
+    let compact = CompactMesh::new(&soup.build(""), 1 << 13).expect("packed");
+    let sound = compact.page_bytes(1).expect("a page").to_vec();
+    let mut state = 5_u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as usize
+    };
+    for round in 0..200 {
+        // In words, so that it is aligned.
+        let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&sound[..sound.len() / 4 * 4]);
+        for _ in 0..1 + round % 20 {
+            let place = if round % 2 == 0 { random() % 600 } else { random() % words.len() };
+            words[place] = (random() as u32) << 8 | random() as u32;
+        }
+        words.truncate(if round % 3 == 0 { random() % words.len() } else { words.len() });
+        let page = Page::new(bytemuck::cast_slice(&words));
+        for level in Level::available() {
+            std::hint::black_box(level.dispatch(ReadAll(page)));
+        }
+    }
+}

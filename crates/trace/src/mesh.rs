@@ -1,0 +1,105 @@
+//! A mesh in one of its layouts.
+
+use crate::instance::MeshSpace;
+use vastlight_accel::compact::CompactMesh;
+use vastlight_accel::wide::traverse::Memory;
+use vastlight_accel::wide::{Block8, ChildRef, MeshBvh, Node8};
+
+/// How meshes lie in memory. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layout {
+    /// Full boxes and unpacked triangles: fast.
+    #[default]
+    Wide,
+    /// Pages of quantised boxes and packed triangles: small.
+    Compact,
+}
+
+impl Layout {
+    /// Names of all layouts, the default first.
+    pub const NAMES: [&'static str; 2] = ["wide", "compact"];
+
+    /// The layout of this name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Wide, Self::Compact].into_iter().find(|layout| layout.name() == name)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
+/// A mesh as rays find it.
+#[derive(Debug)]
+pub(crate) enum MeshTree {
+    Wide(MeshBvh),
+    Compact(CompactMesh),
+}
+
+/// What the leaves of a mesh's upper nodes are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Leaves<'a> {
+    Blocks(&'a [Block8]),
+    Pages(&'a CompactMesh),
+}
+
+impl MeshTree {
+    pub(crate) fn space(&self) -> MeshSpace {
+        match self {
+            Self::Wide(m) => MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale },
+            Self::Compact(m) => MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale },
+        }
+    }
+
+    /// Nodes on the longest way from the root to a block.
+    pub(crate) fn levels(&self) -> usize {
+        match self {
+            Self::Wide(m) => m.levels,
+            Self::Compact(m) => m.levels,
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            Self::Wide(m) => m.bytes(),
+            Self::Compact(m) => m.bytes(),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn root(&self) -> Option<ChildRef> {
+        match self {
+            Self::Wide(m) => m.root,
+            Self::Compact(m) => m.root,
+        }
+    }
+
+    /// The nodes below the root as far as they have full boxes.
+    #[inline(always)]
+    pub(crate) fn nodes(&self) -> &[Node8] {
+        match self {
+            Self::Wide(m) => &m.nodes,
+            Self::Compact(m) => &m.nodes,
+        }
+    }
+
+    /// What is below these.
+    #[inline(always)]
+    pub(crate) fn leaves(&self) -> Leaves<'_> {
+        match self {
+            Self::Wide(m) => Leaves::Blocks(&m.blocks),
+            Self::Compact(m) => Leaves::Pages(m),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn memory(&self) -> Memory {
+        match self {
+            Self::Wide(m) => Memory::new(&m.nodes, &m.blocks),
+            Self::Compact(m) => Memory::new::<_, Block8>(&m.nodes, &[]),
+        }
+    }
+}

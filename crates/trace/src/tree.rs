@@ -1,0 +1,126 @@
+//! The trees that a ray crosses in a mesh, and what it finds at their leaves, whatever the layout.
+
+use vastlight_accel::compact::{CompactMesh, PackedNode, Page};
+use vastlight_accel::wide::traverse::{Memory, Prefetch};
+use vastlight_accel::wide::{Block8, ChildRef, Leaf, Node8, WideNode};
+use vastlight_simd::Simd8;
+
+/// Wide nodes by place.
+pub(crate) trait Nodes {
+    type Node: WideNode;
+
+    /// The node at a place; none in a damaged tree.
+    fn node<S: Simd8>(&self, simd: S, place: usize) -> Option<&Self::Node>;
+}
+
+/// Wide nodes over leaves.
+pub(crate) trait Tree: Nodes {
+    type Memory: Prefetch;
+
+    fn memory(&self) -> &Self::Memory;
+    /// Brings a visitor to what a leaf is; whether it found anything.
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool;
+}
+
+/// Comes to leaves.
+pub(crate) trait Visitor<S: Simd8> {
+    /// Looks for hits of triangles; whether there was one.
+    fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool;
+    /// Looks for hits in a page, below one of its nodes; whether there was one.
+    fn page(&mut self, simd: S, page: &Page<'_>, root: ChildRef) -> bool;
+}
+
+impl Nodes for &[Node8] {
+    type Node = Node8;
+
+    #[inline(always)]
+    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
+        self.get(place)
+    }
+}
+
+/// A mesh with full boxes and unpacked triangles.
+#[derive(Clone, Copy)]
+pub(crate) struct OverBlocks<'a> {
+    pub(crate) nodes: &'a [Node8],
+    pub(crate) blocks: &'a [Block8],
+    pub(crate) memory: Memory,
+}
+
+impl Nodes for OverBlocks<'_> {
+    type Node = Node8;
+
+    #[inline(always)]
+    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
+        self.nodes.get(place)
+    }
+}
+
+impl Tree for OverBlocks<'_> {
+    type Memory = Memory;
+
+    #[inline(always)]
+    fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    #[inline(always)]
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
+        visitor.triangles(simd, &self.blocks[leaf])
+    }
+}
+
+/// What is above the pages of a mesh.
+#[derive(Clone, Copy)]
+pub(crate) struct OverPages<'a> {
+    pub(crate) mesh: &'a CompactMesh,
+    pub(crate) memory: Memory,
+}
+
+impl Nodes for OverPages<'_> {
+    type Node = Node8;
+
+    #[inline(always)]
+    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
+        self.mesh.nodes.get(place)
+    }
+}
+
+impl Tree for OverPages<'_> {
+    type Memory = Memory;
+
+    #[inline(always)]
+    fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    #[inline(always)]
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
+        let Some((page, root)) = self.mesh.enter(leaf) else { return false };
+        visitor.page(simd, &page, root)
+    }
+}
+
+impl Nodes for Page<'_> {
+    type Node = PackedNode;
+
+    #[inline(always)]
+    fn node<S: Simd8>(&self, simd: S, place: usize) -> Option<&PackedNode> {
+        self.prefetch_cluster(simd, place);
+        Page::node(self, place)
+    }
+}
+
+impl Tree for Page<'_> {
+    type Memory = Self;
+
+    #[inline(always)]
+    fn memory(&self) -> &Self {
+        self
+    }
+
+    #[inline(always)]
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
+        visitor.triangles(simd, &self.leaf(simd, leaf))
+    }
+}
