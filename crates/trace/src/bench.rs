@@ -53,6 +53,8 @@ pub struct TraceFigures {
     pub build_ms: f64,
     /// Memory of the structures over the number of triangles.
     pub bytes_per_triangle: f64,
+    /// The part of it that tells the triangles' numbers in their meshes.
+    pub number_bytes_per_triangle: f64,
     /// Rays in the file.
     pub rays: u64,
     /// What sorting and tracing took in the best repeat.
@@ -92,6 +94,7 @@ pub fn trace(tracer: &Tracer, rays: &[Ray], occluded: bool, when: SortRays, repe
         triangles: report.triangles,
         build_ms: report.build_ms,
         bytes_per_triangle: report.bytes as f64 / report.triangles.max(1) as f64,
+        number_bytes_per_triangle: report.number_bytes as f64 / report.triangles.max(1) as f64,
         rays: rays.len() as u64,
         sort,
         mrays_per_s: rays.len() as f64 / total(&sort).as_secs_f64() / 1e6,

@@ -69,6 +69,14 @@ impl MeshTree {
         }
     }
 
+    /// Bytes of the triangles' numbers.
+    pub(crate) fn number_bytes(&self) -> usize {
+        match self {
+            Self::Wide(m) => m.blocks.len() * size_of::<[u32; 8]>(),
+            Self::Compact(m) => m.shares().numbers,
+        }
+    }
+
     #[inline(always)]
     pub(crate) fn root(&self) -> Option<ChildRef> {
         match self {

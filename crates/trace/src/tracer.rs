@@ -63,6 +63,8 @@ pub struct BuildReport {
     pub references: u64,
     /// Memory of all structures, with the triangles' positions and instances.
     pub bytes: u64,
+    /// The part of `bytes` that tells the triangles' numbers in their meshes; zero for kd-trees, which do not count it.
+    pub number_bytes: u64,
     /// `C(root)`, see `vastlight_accel::Quality`; an instance costs what its mesh's tree costs. This and the next two are
     /// zero where the trees were not measured, and the last two where they are kd-trees.
     pub cost: f64,
@@ -128,6 +130,7 @@ impl Tracer {
             nodes: builds.iter().map(|b| b.quality.nodes).sum::<usize>() as u64 + top.quality.nodes as u64,
             references: builds.iter().map(|b| b.quality.references as u64).sum(),
             bytes: bytes as u64,
+            number_bytes: meshes.iter().map(MeshTree::number_bytes).sum::<usize>() as u64,
             cost: top.quality.cost,
             depth: if measure { depth(&builds, &top) } else { 0 },
             overlap: overlap(&builds),
@@ -172,6 +175,7 @@ impl Tracer {
             nodes: kd.nodes(),
             references: kd.references(),
             bytes: (kd.bytes() + size_of_val(&placed[..])) as u64,
+            number_bytes: 0,
             cost: kd.cost(),
             depth: 0,
             overlap: 0.0,

@@ -90,6 +90,7 @@ fn print_line(arguments: &Trace, figures: &TraceFigures) {
         "triangles": figures.triangles,
         "build_ms": figures.build_ms,
         "bytes_per_triangle": figures.bytes_per_triangle,
+        "number_bytes_per_triangle": figures.number_bytes_per_triangle,
         "rays": figures.rays,
         "mrays_per_s": figures.mrays_per_s,
         "sort_ms": milliseconds(figures.sort.sorting),

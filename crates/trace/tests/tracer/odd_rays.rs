@@ -1,9 +1,9 @@
 //! Rays that are not finite, have no direction, odd lengths or odd ranges; filters; batches.
 
-mod common;
-
-use common::shapes::{closed_surface, random_soup};
-use common::{ACCELS, BruteForce, Random, closest, occluded, rays_at, scene, streamed, tracer, tracer_over};
+use crate::common::shapes::{closed_surface, random_soup};
+use crate::common::{
+    ACCELS, BruteForce, Random, closest, occluded, rays_at, scene, streamed, tracer, tracer_over,
+};
 use vastlight_math::{Affine3, FAR, Ray, Vec3};
 use vastlight_scene::{Scene, SceneDesc};
 use vastlight_simd::Level;
@@ -114,7 +114,7 @@ fn filters_see_every_hit_that_matters() {
                 .enumerate()
                 .filter(|(i, _)| refused(*i))
                 .for_each(|(_, t)| *t = [t[0]; 3]);
-            BruteForce::new(&common::scene(vec![(mesh, vec![Affine3::IDENTITY])]))
+            BruteForce::new(&crate::common::scene(vec![(mesh, vec![Affine3::IDENTITY])]))
         })
         .collect();
     for (accel, level) in ACCELS.into_iter().zip(Level::available().into_iter().cycle()) {

@@ -1,9 +1,7 @@
 //! Rays that go the same way have the same hits in bundles as alone, also where a bundle gives up on its way.
 
-mod common;
-
-use common::shapes::{random_soup, soup};
-use common::{Random, closest, occluded, scene};
+use crate::common::shapes::{random_soup, soup};
+use crate::common::{Random, closest, occluded, scene};
 use vastlight_math::glam::Quat;
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::Scene;

@@ -3,10 +3,8 @@
 //!
 //! A hundred thousand rays in a test run; ten million with `VASTLIGHT_SOAK` in the environment.
 
-mod common;
-
-use common::shapes::{closed_surface, soup, thin_soup};
-use common::{BruteForce, Random, beams, closest, occluded, scene};
+use crate::common::shapes::{closed_surface, soup, thin_soup};
+use crate::common::{BruteForce, Random, beams, closest, occluded, scene};
 use vastlight_accel::build::NAMES;
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Mesh, Scene};

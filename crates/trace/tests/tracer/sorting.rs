@@ -1,9 +1,7 @@
 //! Sorting rays changes no answer, bit by bit, and happens where the rule says.
 
-mod common;
-
-use common::shapes::random_soup;
-use common::{ACCELS, Random, closest, occluded, rays_at, scene, tracer_over};
+use crate::common::shapes::random_soup;
+use crate::common::{ACCELS, Random, closest, occluded, rays_at, scene, tracer_over};
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::Scene;
 use vastlight_simd::Level;

@@ -2,10 +2,8 @@
 //!
 //! A million rays in a test run; ten million with `VASTLIGHT_SOAK` in the environment.
 
-mod common;
-
-use common::shapes::closed_surface;
-use common::{Random, closest, scene, tracer};
+use crate::common::shapes::closed_surface;
+use crate::common::{Random, closest, scene, tracer};
 use vastlight_math::glam::Quat;
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Mesh, Scene};

@@ -1,9 +1,7 @@
 //! Hits against brute force, bit by bit, on geometry that is easy and nasty; and against double precision.
 
-mod common;
-
-use common::shapes::{closed_surface, random_soup, soup, thin_soup};
-use common::{
+use crate::common::shapes::{closed_surface, random_soup, soup, thin_soup};
+use crate::common::{
     ACCELS, BruteForce, Random, beams, closest, occluded, rays_at, scene, streamed, tracer, tracer_over,
 };
 use vastlight_math::glam::{DVec3, Quat};

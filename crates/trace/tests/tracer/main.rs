@@ -1,0 +1,9 @@
+//! Tests of the tracer, in one program: each program compiles the tracer's walks anew.
+
+mod brute_force;
+mod bundles;
+mod common;
+mod odd_rays;
+mod sorting;
+mod splitting;
+mod watertight;
