@@ -40,14 +40,14 @@ def embree_build(args, mesh, quality, repeat=5):
 
 
 def rays(args, mesh, accel, budget=None):
-    """Best Mrays/s by kind."""
+    """Millions of rays in a second of processor time, by kind."""
     rates = {}
     for kind in KINDS:
         file = args.base / f"rays/{mesh}.{kind}.rays"
         command = [args.vastlight, "bench", "trace", args.base / f"meshes/{mesh}.ply", "--rays", file, "--repeat", 4]
         command += ["-t", args.threads, "--accel", accel] + (["--occluded"] if kind == "shadow" else [])
         line = json_line(command + (["--split-budget", budget] if budget else []))
-        rates[kind] = line["mrays_per_s"]
+        rates[kind] = line["mrays_per_cpu_s"]
     return rates
 
 

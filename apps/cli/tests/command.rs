@@ -240,7 +240,8 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
         serde_json::from_str(&outcome.stdout).expect("one JSON line")
     };
     let trace = line("bench trace demo:cornell --rays a.rays --repeat 1");
-    let fields = "bench accel triangles build_ms bytes_per_triangle rays mrays_per_s sorted sort_ms trace_ms hits sum_t peak_rss_bytes";
+    let fields = "bench accel triangles build_ms bytes_per_triangle rays mrays_per_s mrays_per_cpu_s sorted sort_ms \
+                  trace_ms hits sum_t peak_rss_bytes";
     fields.split(' ').for_each(|f| assert!(!trace[f].is_null(), "{f}: {trace}"));
     assert_eq!(trace["rays"].as_u64(), Some(64));
     let both = w.run("bench trace demo:cornell --rays a.rays --repeat 1 --sort-rays both").stdout;

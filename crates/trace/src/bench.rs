@@ -1,7 +1,7 @@
 //! What `bench trace` and `bench build` do: read a ray file, trace it several times, give the figures.
 
 use crate::sort::{RaySorter, SortRays, SortReport};
-use crate::usage::{cpu_ms, peak_growth};
+use crate::usage::{LeastCpu, peak_growth};
 use crate::{BuildReport, Hit, TraceError, Tracer, TracerConfig};
 use vastlight_math::{Ray, Vec3};
 use vastlight_scene::Scene;
@@ -61,6 +61,8 @@ pub struct TraceFigures {
     pub sort: SortReport,
     /// Millions of rays a second, best repeat, sorted and traced, all threads of the current pool.
     pub mrays_per_s: f64,
+    /// Millions of rays in a second of processor time; none where the system does not say.
+    pub mrays_per_cpu_s: Option<f64>,
     /// Rays that hit (or are occluded).
     pub hits: u64,
     /// Sum of `t` over hits in f64, in the order of the rays; zero for occlusion.
@@ -70,17 +72,19 @@ pub struct TraceFigures {
 /// Traces `rays` `repeat` times (at least once) with the threads of the current pool, sorted where `when` says so.
 #[must_use]
 pub fn trace(tracer: &Tracer, rays: &[Ray], occluded: bool, when: SortRays, repeat: u32) -> TraceFigures {
-    let mut best: Option<SortReport> = None;
+    let (mut best, mut cpu): (Option<SortReport>, _) = (None, LeastCpu::default());
     let mut hits = vec![Hit::MISS; if occluded { 0 } else { rays.len() }];
     let mut flags = vec![false; if occluded { rays.len() } else { 0 }];
     let mut sorter = RaySorter::default();
     let total = |report: &SortReport| report.sorting + report.tracing;
     for _ in 0..repeat.max(1) {
-        let report = if occluded {
-            sorter.occluded(tracer, when, rays, &mut flags)
-        } else {
-            sorter.closest(tracer, when, rays, &mut hits)
-        };
+        let report = cpu.of(|| {
+            if occluded {
+                sorter.occluded(tracer, when, rays, &mut flags)
+            } else {
+                sorter.closest(tracer, when, rays, &mut hits)
+            }
+        });
         if best.is_none_or(|best| total(&report) < total(&best)) {
             best = Some(report);
         }
@@ -98,6 +102,7 @@ pub fn trace(tracer: &Tracer, rays: &[Ray], occluded: bool, when: SortRays, repe
         rays: rays.len() as u64,
         sort,
         mrays_per_s: rays.len() as f64 / total(&sort).as_secs_f64() / 1e6,
+        mrays_per_cpu_s: cpu.ms.map(|ms| rays.len() as f64 / ms.max(1e-3) / 1e3),
         hits: found.clone().count() as u64 + flags.iter().filter(|&&f| f).count() as u64,
         sum_t: found.fold(0.0, |sum, h| sum + f64::from(h.t)),
     }
@@ -144,13 +149,10 @@ pub fn build(scene: &Scene, config: &TracerConfig, repeat: u32) -> Result<BuildF
     let measuring = TracerConfig { measure: true, ..config.clone() };
     let (measured, peak_build_bytes) = peak_growth(|| Tracer::new(scene, &measuring));
     let measured = measured?.report().clone();
-    let (mut best, mut best_cpu) = (BuildReport { build_ms: f64::INFINITY, ..BuildReport::default() }, None);
+    let mut best = BuildReport { build_ms: f64::INFINITY, ..BuildReport::default() };
+    let mut cpu = LeastCpu::default();
     for _ in 0..repeat.max(1) {
-        let before = cpu_ms();
-        let tracer = Tracer::new(scene, config)?;
-        if let (Some(before), Some(after)) = (before, cpu_ms()) {
-            best_cpu = Some((after - before).min(best_cpu.unwrap_or(f64::INFINITY)));
-        }
+        let tracer = cpu.of(|| Tracer::new(scene, config))?;
         if tracer.report().build_ms < best.build_ms {
             best = tracer.report().clone();
         }
@@ -161,7 +163,7 @@ pub fn build(scene: &Scene, config: &TracerConfig, repeat: u32) -> Result<BuildF
         references: best.references,
         nodes: best.nodes,
         build_ms: best.build_ms,
-        cpu_ms: best_cpu,
+        cpu_ms: cpu.ms,
         mtri_per_s: best.triangles as f64 / best.build_ms / 1e3,
         cost: measured.cost,
         depth: measured.depth,

@@ -93,6 +93,7 @@ fn print_line(arguments: &Trace, figures: &TraceFigures) {
         "number_bytes_per_triangle": figures.number_bytes_per_triangle,
         "rays": figures.rays,
         "mrays_per_s": figures.mrays_per_s,
+        "mrays_per_cpu_s": figures.mrays_per_cpu_s,
         "sort_ms": milliseconds(figures.sort.sorting),
         "trace_ms": milliseconds(figures.sort.tracing),
         "hits": figures.hits,
