@@ -16,7 +16,7 @@ pub struct Frame {
 impl Frame {
     /// A frame around the unit vector `z`, without a branch at the poles (Duff et al. 2017, "Building an orthonormal
     /// basis, revisited").
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn from_z(z: Vec3) -> Self {
         let sign = 1.0_f32.copysign(z.z);
@@ -44,14 +44,14 @@ impl Frame {
     }
 
     /// From this frame's coordinates to the outer ones.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn to_outer(&self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 
     /// From outer coordinates to this frame's.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))

@@ -8,6 +8,7 @@
 
 mod aabb;
 mod frame;
+pub mod lanes;
 mod ray;
 pub mod real;
 pub mod rng;
@@ -21,7 +22,7 @@ pub use frame::Frame;
 pub use glam::{self, Affine3, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 pub use ray::Ray;
 pub use rng::Rng;
-pub use sampler::Sampler;
+pub use sampler::{Sampler, SamplerLanes};
 
 /// A distance that stands for "no limit" in rays; large, finite, and safe to multiply with a direction's reciprocal.
 pub const FAR: f32 = 1e30;

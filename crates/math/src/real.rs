@@ -9,7 +9,7 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
 const NO_FRACTION: f32 = 12_582_912.0;
 
 /// `x` rounded to the nearest integer, ties to even, for |x| < 2^22; with the last bits of that integer.
-#[inline]
+#[inline(always)]
 fn nearest(x: f32) -> (f32, u32) {
     let shifted = x + NO_FRACTION;
     (shifted - NO_FRACTION, shifted.to_bits())
@@ -24,7 +24,7 @@ pub(crate) fn exchange(a: f32, b: f32, mask: u32) -> (f32, f32) {
 }
 
 /// Sine and cosine of `x` in radians; accurate for |x| up to about 8000, which any angle in a renderer is.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     let (quarter, quarter_bits) = nearest(x * (2.0 / PI));
@@ -185,35 +185,32 @@ pub fn acos(x: f32) -> f32 {
 }
 
 /// Arctangent in radians.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn atan(x: f32) -> f32 {
     let a = x.abs();
-    let (base, r) = if a > 2.414_213_7 {
-        (FRAC_PI_2, -1.0 / a)
-    } else if a > 0.414_213_57 {
-        (FRAC_PI_4, (a - 1.0) / (a + 1.0))
-    } else {
-        (0.0, a)
-    };
+    // One division for all, without branches.
+    let (large, small) = (a > 2.414_213_7, a <= 0.414_213_57);
+    let base = if large { FRAC_PI_2 } else { FRAC_PI_4 };
+    let base = if small { 0.0 } else { base };
+    let (dividend, divisor) = if large { (-1.0, a) } else { (a - 1.0, a + 1.0) };
+    let (dividend, divisor) = if small { (a, 1.0) } else { (dividend, divisor) };
+    let r = dividend / divisor;
     let z = r * r;
     let p = (((8.053_744_5e-2 * z - 1.387_768_5e-1) * z + 1.997_771_1e-1) * z - 3.333_295e-1) * z * r + r;
     (base + p).copysign(x)
 }
 
 /// Angle of the point (x, y) in radians, in [-pi, pi]; 0 at the origin.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn atan2(y: f32, x: f32) -> f32 {
-    if x == 0.0 && y == 0.0 {
-        return 0.0;
-    }
-    if x.abs() >= y.abs() {
-        let a = atan(y / x);
-        if x > 0.0 { a } else { a + PI.copysign(y) }
-    } else {
-        FRAC_PI_2.copysign(y) - atan(x / y)
-    }
+    let flat = x.abs() >= y.abs();
+    let (dividend, divisor) = if flat { (y, x) } else { (x, y) };
+    let a = atan(dividend / divisor);
+    let left = if x > 0.0 { a } else { a + PI.copysign(y) };
+    let angle = if flat { left } else { FRAC_PI_2.copysign(y) - a };
+    if (x == 0.0) & (y == 0.0) { 0.0 } else { angle }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ pub const fn hash_u32(x: u32) -> u32 {
 
 /// A well mixed 64-bit number from a 64-bit one; a bijection (Steele, Lea and Flood 2014, the finalizer of
 /// "Fast splittable pseudorandom number generators" with D. Stafford's constants).
-#[inline]
+#[inline(always)]
 #[must_use]
 pub const fn hash_u64(x: u64) -> u64 {
     let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -34,7 +34,7 @@ pub fn hash_more(hash: u64, words: &[u32]) -> u64 {
 }
 
 /// The upper 24 bits of `x` as a number in [0, 1).
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn unit_f32(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)

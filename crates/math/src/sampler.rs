@@ -5,6 +5,7 @@
 //! the sample's index with an Owen scramble of its own, which keeps that property for every run of samples, so the
 //! number of samples need not be known.
 
+use crate::lanes::{LANES, Lanes, Lanes2};
 use crate::rng::{hash_u64, hash_words};
 use crate::sobol::{owen_reversed, second_dimension_reversed, to_unit};
 use glam::Vec2;
@@ -38,14 +39,14 @@ impl Sampler {
     }
 
     /// The next number, in [0, 1). Uses one dimension.
-    #[inline]
+    #[inline(always)]
     pub fn next_1d(&mut self) -> f32 {
         let (index, seed_x, _) = self.next_index();
         to_unit(owen_reversed(index, seed_x))
     }
 
     /// The next point, in [0, 1)^2. Uses one dimension (of the counter), and both coordinates are stratified together.
-    #[inline]
+    #[inline(always)]
     pub fn next_2d(&mut self) -> Vec2 {
         let (index, seed_x, seed_y) = self.next_index();
         Vec2::new(
@@ -69,7 +70,7 @@ impl Sampler {
     }
 
     /// The shuffled index and the seeds of both scrambles for the next dimension.
-    #[inline]
+    #[inline(always)]
     fn next_index(&mut self) -> (u32, u32, u32) {
         self.dimension = self.dimension.wrapping_add(1);
         let step = u64::from(self.dimension).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -77,6 +78,51 @@ impl Sampler {
         let (seed_x, seed_y) = (h as u32, (h >> 32) as u32);
         let seed_shuffle = (h.wrapping_mul(0xd134_2543_de82_ef95) >> 32) as u32;
         (owen_reversed(self.index_reversed, seed_shuffle).reverse_bits(), seed_x, seed_y)
+    }
+}
+
+/// Samplers side by side, which draw the same dimension together.
+#[derive(Clone, Copy, Debug)]
+pub struct SamplerLanes {
+    keys: [u64; LANES],
+    indices_reversed: [u32; LANES],
+}
+
+impl SamplerLanes {
+    /// All lanes the first sample of no pixel.
+    pub const ZERO: Self = Self { keys: [0; LANES], indices_reversed: [0; LANES] };
+
+    /// Puts a sampler into a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, sampler: &Sampler) {
+        (self.keys[lane], self.indices_reversed[lane]) = (sampler.key, sampler.index_reversed);
+    }
+
+    /// What [`Sampler::next_1d`] gives at a dimension, by lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn numbers_at(&self, dimension: u32) -> Lanes {
+        let mut numbers = [0.0; LANES];
+        for (lane, number) in numbers.iter_mut().enumerate() {
+            *number = self.at(lane, dimension).next_1d();
+        }
+        numbers
+    }
+
+    /// What [`Sampler::next_2d`] gives at a dimension, by lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn points_at(&self, dimension: u32) -> Lanes2 {
+        let mut points = Lanes2::ZERO;
+        for lane in 0..LANES {
+            points.set(lane, self.at(lane, dimension).next_2d());
+        }
+        points
+    }
+
+    #[inline(always)]
+    fn at(&self, lane: usize, dimension: u32) -> Sampler {
+        Sampler { key: self.keys[lane], index_reversed: self.indices_reversed[lane], dimension }
     }
 }
 
@@ -201,6 +247,10 @@ mod tests {
         assert_eq!(Sampler::new([3, 4], 5, 6).next_1d(), first);
         assert_eq!(a.at_sample(5).next_1d(), first);
         assert_ne!(Sampler::new([3, 4], 5, 8).next_1d(), first);
+        let mut lanes = SamplerLanes::ZERO;
+        lanes.set(9, &Sampler::new([3, 4], 5, 6).at_dimension(77));
+        assert_eq!((lanes.numbers_at(0)[9], lanes.points_at(1).get(9)), (first, second));
+        assert_ne!(lanes.numbers_at(1)[9], first);
         assert_eq!((a, std::mem::size_of::<Sampler>()), (b, 16));
     }
 }

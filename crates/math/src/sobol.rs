@@ -11,7 +11,7 @@ use crate::rng::unit_f32;
 
 /// A permutation of the 32-bit numbers in which each bit depends on lower bits only: an Owen scramble of a fraction
 /// with reversed bits.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub const fn owen_reversed(x: u32, seed: u32) -> u32 {
     let x = x ^ x.wrapping_mul(0x3d20_adea);
@@ -22,7 +22,7 @@ pub const fn owen_reversed(x: u32, seed: u32) -> u32 {
 
 /// The second Sobol dimension of `index`, bits reversed: Pascal's triangle modulo 2 as a matrix, which is a Kronecker
 /// product of five 2x2 matrices and so takes five steps.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub const fn second_dimension_reversed(index: u32) -> u32 {
     let x = index ^ ((index & 0xaaaa_aaaa) >> 1);
@@ -33,7 +33,7 @@ pub const fn second_dimension_reversed(index: u32) -> u32 {
 }
 
 /// The number in [0, 1) whose binary digits are the bits of `reversed`, bit 0 first.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn to_unit(reversed: u32) -> f32 {
     unit_f32(reversed.reverse_bits())

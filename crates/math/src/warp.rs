@@ -33,21 +33,21 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
 }
 
 /// Density of [`cosine_hemisphere`] over solid angle, for a direction with this z.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
     cos_theta.max(0.0) * FRAC_1_PI
 }
 
 /// Directions of the upper half sphere, uniformly. Density 1 / (2 pi).
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
     direction(1.0 - u.x, u.y * TAU)
 }
 
 /// Directions of the whole sphere, uniformly. Density [`SPHERE_PDF`].
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn uniform_sphere(u: Vec2) -> Vec3 {
     direction(1.0 - 2.0 * u.x, u.y * TAU)
@@ -58,7 +58,7 @@ pub const SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
 /// Directions within a cone around +z, uniformly. `one_minus_cos` is 1 minus the cosine of the half angle (exact even
 /// for a cone as narrow as the sun). Density [`uniform_cone_pdf`].
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn uniform_cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
     // The height of the cap is mapped from the disc's radius squared; sin from it without cancellation.
@@ -69,7 +69,7 @@ pub fn uniform_cone(u: Vec2, one_minus_cos: f32) -> Vec3 {
 }
 
 /// Density of [`uniform_cone`] over solid angle, inside the cone.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn uniform_cone_pdf(one_minus_cos: f32) -> f32 {
     1.0 / (TAU * one_minus_cos)
@@ -77,7 +77,7 @@ pub fn uniform_cone_pdf(one_minus_cos: f32) -> f32 {
 
 /// Barycentric weights (of the second and third corner) of points of a triangle, uniformly over its area
 /// (E. Heitz 2019, "A low-distortion map between triangle and square"). Density 1 / area.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn uniform_triangle(u: Vec2) -> Vec2 {
     if u.x < u.y {
@@ -90,7 +90,7 @@ pub fn uniform_triangle(u: Vec2) -> Vec2 {
 }
 
 /// The direction with this z and this angle around z from x.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn direction(z: f32, phi: f32) -> Vec3 {
     let r = (1.0 - z * z).max(0.0).sqrt();
@@ -99,7 +99,7 @@ pub fn direction(z: f32, phi: f32) -> Vec3 {
 }
 
 /// A number in [-1, 1] distributed like a tent around 0. Density 1 - |x|.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn tent(u: f32) -> f32 {
     if u < 0.5 { (2.0 * u).sqrt() - 1.0 } else { 1.0 - (2.0 - 2.0 * u).max(0.0).sqrt() }

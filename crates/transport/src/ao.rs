@@ -2,9 +2,10 @@
 //! than a distance. White is open; rays that leave the scene are white.
 
 use crate::vertex::Vertex;
-use crate::wavefront::{CAMERA_DIMENSIONS, PathState, Shade, ShadeInput, ShadowQueue};
+use crate::wavefront::{CAMERA_DIMENSIONS, PathState, Shade, ShadeInput, ShadowQueue, Stage};
 use vastlight_math::{FAR, Frame, Ray, Vec3, warp};
 use vastlight_scene::Scene;
+use vastlight_simd::Simd8;
 
 /// The ambient-occlusion shader.
 #[derive(Clone, Copy, Debug)]
@@ -22,11 +23,18 @@ impl AmbientOcclusion {
 }
 
 impl Shade for AmbientOcclusion {
-    fn shade(&self, at: ShadeInput<'_>, path: &mut PathState, shadows: &mut ShadowQueue) -> Option<Ray> {
+    #[inline(always)]
+    fn shade<L: Simd8>(&self, _level: L, stage: &mut Stage<'_>) {
+        stage.one_by_one(|at, path, shadows| self.shade_one(at, path, shadows));
+    }
+}
+
+impl AmbientOcclusion {
+    fn shade_one(&self, at: ShadeInput<'_>, path: &PathState, shadows: &mut ShadowQueue) {
         let ShadeInput { context, depth, ray, hit, sample } = at;
         if !hit.is_hit() {
             sample.radiance = Vec3::ONE;
-            return None;
+            return;
         }
         let (mut own_material, mut own_bsdf) = (None, None);
         let vertex = Vertex::new(context, &ray, &hit, &mut own_material);
@@ -35,11 +43,10 @@ impl Shade for AmbientOcclusion {
         let direction = Frame::from_z(vertex.facing_normal()).to_outer(warp::cosine_hemisphere(u));
         let geometric = if vertex.outside { vertex.surface.normal } else { -vertex.surface.normal };
         if direction.dot(geometric) <= 0.0 {
-            return None;
+            return;
         }
         let origin = vertex.surface.origin_towards(direction);
         let occlusion = Ray { origin, t_min: 0.0, direction, t_max: self.distance, time: ray.time };
         shadows.push(path.slot, path.shadow_key(depth), occlusion, Vec3::ONE);
-        None
     }
 }

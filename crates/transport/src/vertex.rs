@@ -79,12 +79,12 @@ impl<'a> Vertex<'a> {
 
     /// The scattering for `path`, in `own` unless it is known already.
     #[inline(always)]
-    pub(crate) fn bsdf<'b>(
-        &'b self,
+    pub(crate) fn bsdf(
+        &self,
         context: &Context<'_>,
         path: &PathState,
-        own: &'b mut Option<Bsdf>,
-    ) -> &'b Bsdf {
+        own: &'a mut Option<Bsdf>,
+    ) -> &'a Bsdf {
         if self.bounds_volume() {
             own.insert(self.bsdf_in_medium(context, path))
         } else {
@@ -94,7 +94,7 @@ impl<'a> Vertex<'a> {
 
     /// The scattering of the surface in empty space, in `own` unless it is known already.
     #[inline(always)]
-    pub(crate) fn bsdf_alone<'b>(&'b self, own: &'b mut Option<Bsdf>) -> &'b Bsdf {
+    pub(crate) fn bsdf_alone(&self, own: &'a mut Option<Bsdf>) -> &'a Bsdf {
         match self.prepared {
             Some(bsdf) => bsdf,
             None => own.insert(Bsdf::new(&self.evaluated.params)),

@@ -7,7 +7,7 @@ use super::coat::Coat;
 use super::cosine::{Cosine, Losses};
 use super::interface::Interface;
 use super::sheen::Sheen;
-use super::{BsdfParams, BsdfSample, color, mean3, unit};
+use super::{BsdfDraw, BsdfParams, BsdfSample, color, mean3, unit};
 use vastlight_math::{Vec2, Vec3, warp};
 
 /// See the module.
@@ -199,15 +199,16 @@ impl Layered {
         }
     }
 
-    pub(crate) fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+    pub(crate) fn sample(&self, wo: Vec3, draw: &BsdfDraw) -> Option<BsdfSample> {
+        let u = draw.u;
         let out = self.outgoing(wo)?;
-        let (lobe, u_rest) = out.chances.choose(u_lobe)?;
+        let (lobe, u_rest) = out.chances.choose(draw.lobe)?;
         match lobe {
             Lobe::Coat => self.sample_coat(&out, u),
             Lobe::Sheen => self.finish(&out, Sheen::sample(u)),
             Lobe::Interface => self.sample_interface(&out, u_rest, u),
-            Lobe::Up => self.finish(&out, warp::cosine_hemisphere(u)),
-            Lobe::Down => self.finish(&out, -warp::cosine_hemisphere(u)),
+            Lobe::Up => self.finish(&out, draw.cosine),
+            Lobe::Down => self.finish(&out, -draw.cosine),
         }
     }
 

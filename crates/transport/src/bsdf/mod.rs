@@ -23,7 +23,7 @@ pub use dispersion::Wavelength;
 pub use reflectance::Metal;
 
 use layered::Layered;
-use vastlight_math::{Vec2, Vec3};
+use vastlight_math::{Vec2, Vec3, warp};
 
 /// The numbers of a material at one point: no textures, nothing to look up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,6 +132,17 @@ pub struct BsdfSample {
     pub dispersed: bool,
 }
 
+/// The random numbers that choose a direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BsdfDraw {
+    /// Of the lobe.
+    pub(crate) lobe: f32,
+    /// Of the direction.
+    pub(crate) u: Vec2,
+    /// [`warp::cosine_hemisphere`] of `u`, which is cheaper for many points at once.
+    pub(crate) cosine: Vec3,
+}
+
 /// The scattering of one surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bsdf {
@@ -187,9 +198,15 @@ impl Bsdf {
     #[inline(always)]
     #[must_use]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
+        self.sample_drawn(wo, BsdfDraw { lobe: u_lobe, u, cosine: warp::cosine_hemisphere(u) })
+    }
+
+    /// [`Bsdf::sample`] with random numbers made ready.
+    #[inline(always)]
+    pub(crate) fn sample_drawn(&self, wo: Vec3, draw: BsdfDraw) -> Option<BsdfSample> {
         match &self.kind {
             Kind::Lambert(albedo) => {
-                let (wi, pdf) = lambert::sample(wo, u)?;
+                let (wi, pdf) = lambert::sample(wo, draw.cosine)?;
                 Some(BsdfSample {
                     wi,
                     weight: *albedo,
@@ -200,7 +217,7 @@ impl Bsdf {
                     dispersed: false,
                 })
             }
-            Kind::Layered(layered) => layered.sample(wo, u_lobe, u),
+            Kind::Layered(layered) => layered.sample(wo, &draw),
         }
     }
 

@@ -4,6 +4,7 @@
 //! importance without trigonometric functions follows Pharr, Jakob and Humphreys 2023, "Physically based rendering",
 //! 4th edition, 12.6.3. Deviation: a triangle's own plane is tested exactly.
 
+use vastlight_math::lanes::{LANES, Lanes, Lanes3};
 use vastlight_math::real::{acos, sin_cos};
 use vastlight_math::{Aabb, Vec3};
 
@@ -187,6 +188,16 @@ impl Node {
         (falloff * emitted * received).min(1e30)
     }
 
+    /// [`Node::importance`] by lane, with `directions`.
+    #[inline(always)]
+    pub(super) fn importance_lanes(&self, from: &Lanes3, normal: &Lanes3) -> Lanes {
+        let (node, mut importance) = (*self, [0.0; LANES]);
+        for (lane, value) in importance.iter_mut().enumerate() {
+            *value = node.importance(from.get(lane), normal.get(lane), true);
+        }
+        importance
+    }
+
     /// Mean cosine between the normals and the direction `w` to the point, clipped at zero; 0 where no light goes.
     #[inline(always)]
     fn emitted_cosine(&self, w: Vec3, sin_b: f32) -> f32 {
@@ -207,7 +218,7 @@ impl Node {
     }
 
     /// Cosine of the smallest angle between a normal in the cone and a direction to the point from within the sphere.
-    #[inline]
+    #[inline(always)]
     fn nearest_cosine(&self, cos_w: f32, sin_b: f32) -> f32 {
         if sin_b >= 1.0 || self.cos_cone <= -1.0 {
             return 1.0;
@@ -219,7 +230,7 @@ impl Node {
 }
 
 /// Mean of max(x, 0) for x uniform within `spread` of `center`, both at most 1.
-#[inline]
+#[inline(always)]
 fn clipped_mean(center: f32, spread: f32) -> f32 {
     if center >= spread {
         center
@@ -232,7 +243,7 @@ fn clipped_mean(center: f32, spread: f32) -> f32 {
 }
 
 /// cos(max(0, a - b)) from cos a and b's sine and cosine, for angles in [0, pi].
-#[inline]
+#[inline(always)]
 fn cos_of_difference(cos_a: f32, sin_b: f32, cos_b: f32) -> f32 {
     if cos_a >= cos_b {
         1.0

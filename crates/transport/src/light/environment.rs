@@ -74,16 +74,28 @@ impl<'a> DistantLights<'a> {
     }
 
     /// An estimate of the background's irradiance on a surface with this normal (zero: facing any way).
-    #[inline]
+    #[inline(always)]
     pub(super) fn background_estimate(&self, normal: Vec3) -> f32 {
         let [upper, lower] = self.mean;
         (upper * (1.0 + normal.y) + lower * (1.0 - normal.y)).max(0.0) * (0.5 * PI)
     }
 
     /// The sun's irradiance on the surface.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sun_estimate(&self, normal: Vec3) -> f32 {
         self.sun.as_ref().map_or(0.0, |s| s.irradiance * s.facing(normal))
+    }
+
+    /// Sum of the square roots of the directional lights' estimates.
+    #[inline(always)]
+    pub(super) fn directional_estimate(&self, normal: Vec3) -> f32 {
+        self.directional.iter().map(|l| l.estimate(normal).sqrt()).sum()
+    }
+
+    /// Whether the background is the same everywhere.
+    #[inline(always)]
+    pub(super) fn is_even(&self) -> bool {
+        matches!(self.background, Background::Constant(_))
     }
 
     pub(super) fn directional(&self) -> &[Directional] {

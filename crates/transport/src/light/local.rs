@@ -2,9 +2,10 @@
 
 use super::LightSample;
 use super::punctual::PunctualLight;
-use super::surfaces::Surfaces;
-use super::tree::{Estimate, Item, LightTree, NO_TRAIL};
+use super::surfaces::{PlainTriangle, Surfaces};
+use super::tree::{Choice, Estimate, EstimateLanes, Item, LightTree, NO_TRAIL};
 use crate::material::MaterialTable;
+use vastlight_math::lanes::Lanes3;
 use vastlight_math::{Vec2, Vec3};
 use vastlight_scene::Scene;
 
@@ -60,11 +61,47 @@ impl<'a> LocalLights<'a> {
         u_pick: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let choice = self.tree.sample(estimate, from, normal, u_pick, true)?;
+        let choice = self.choose(estimate, from, normal, u_pick)?;
+        self.sample_chosen(&choice, from, normal, u)
+    }
+
+    /// [`LocalLights::estimate`] by lane.
+    #[inline(always)]
+    pub(super) fn estimate_lanes(&self, from: &Lanes3, normal: &Lanes3) -> EstimateLanes {
+        self.tree.estimate_lanes(from, normal)
+    }
+
+    /// The first step of [`LocalLights::sample`]: chooses a light.
+    #[inline(always)]
+    pub(super) fn choose(
+        &self,
+        estimate: &Estimate,
+        from: Vec3,
+        normal: Vec3,
+        u_pick: f32,
+    ) -> Option<Choice> {
+        self.tree.sample(estimate, from, normal, u_pick, true)
+    }
+
+    /// The chosen light if it is a triangle that shines alike everywhere.
+    #[inline(always)]
+    pub(super) fn plain_triangle(&self, choice: &Choice) -> Option<PlainTriangle<'_>> {
+        self.surfaces.plain_triangle(choice.light)
+    }
+
+    /// The second step of [`LocalLights::sample`]: chooses a point on the light.
+    #[inline(always)]
+    pub(super) fn sample_chosen(
+        &self,
+        choice: &Choice,
+        from: Vec3,
+        normal: Vec3,
+        u: Vec2,
+    ) -> Option<LightSample> {
         if let Some(punctual) = (choice.light as usize).checked_sub(self.surfaces.len()) {
             return sample_punctual(&self.punctual[punctual], from, choice.probability);
         }
-        let found = self.surfaces.sample(&choice, from, normal, u)?;
+        let found = self.surfaces.sample(choice, from, normal, u)?;
         (found.radiance != Vec3::ZERO).then_some(LightSample {
             wi: found.point.wi,
             distance: found.point.distance,

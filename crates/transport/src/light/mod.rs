@@ -11,6 +11,7 @@ mod emitters;
 mod environment;
 mod grid;
 mod ies;
+mod lanes;
 mod local;
 mod map;
 mod punctual;
@@ -24,6 +25,7 @@ mod tests;
 
 use crate::material::MaterialTable;
 use environment::DistantLights;
+pub(crate) use lanes::{LightAnswers, LightQueries};
 use local::LocalLights;
 use tree::Estimate;
 use vastlight_math::{FAR, Vec2, Vec3};
@@ -65,7 +67,7 @@ pub struct Lights<'a> {
 }
 
 /// Probabilities at a point of the groups whose light a ray can find by itself.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Odds {
     local: f32,
     background: f32,
@@ -228,7 +230,7 @@ impl<'a> Lights<'a> {
         let local = estimate.total.sqrt();
         let background = self.distant.background_estimate(normal).sqrt();
         let sun = self.distant.sun_estimate(normal).sqrt();
-        let directional: f32 = self.distant.directional().iter().map(|l| l.estimate(normal).sqrt()).sum();
+        let directional = self.distant.directional_estimate(normal);
         let sum = local + background + sun + directional;
         let scale = 1.0 / sum;
         let odds = Odds { local: local * scale, background: background * scale, sun: sun * scale };

@@ -59,6 +59,23 @@ pub(super) struct SurfaceSample {
     pub(super) probability: f32,
 }
 
+/// A triangle of which every point shines alike.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlainTriangle<'a> {
+    pub(super) shape: &'a TriangleLight,
+    /// Not black.
+    pub(super) radiance: Vec3,
+    two_sided: bool,
+}
+
+impl PlainTriangle<'_> {
+    /// Whether the point lies on a side that shines.
+    #[inline(always)]
+    pub(super) fn shines_at(&self, from: Vec3) -> bool {
+        self.two_sided || self.shape.faces(from)
+    }
+}
+
 /// All emissive triangles of a scene. Their lights are numbered from 0.
 #[derive(Clone, Debug)]
 pub(super) struct Surfaces<'a> {
@@ -144,6 +161,14 @@ impl<'a> Surfaces<'a> {
         for i in chosen {
             self.meshes[i].shared = SharedTree::new(&self.meshes[i], &self.scene.meshes()[i]);
         }
+    }
+
+    /// The light with this number, if it is a triangle that shines alike everywhere.
+    #[inline(always)]
+    pub(super) fn plain_triangle(&self, light: u32) -> Option<PlainTriangle<'_>> {
+        let FlatLight { shape, radiance, kind } = self.flat.get(light as usize)?;
+        let plain = matches!(kind, Kind::OneSided | Kind::TwoSided) && *radiance != Vec3::ZERO;
+        plain.then_some(PlainTriangle { shape, radiance: *radiance, two_sided: *kind == Kind::TwoSided })
     }
 
     /// A point of the chosen light.

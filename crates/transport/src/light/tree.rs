@@ -5,6 +5,7 @@
 //! search.
 
 use super::bounds::{LightBounds, Node};
+use vastlight_math::lanes::{LANES, Lanes, Lanes3};
 use vastlight_math::{Aabb, Vec3};
 
 /// A light to be put into a tree.
@@ -47,6 +48,22 @@ pub(super) struct Estimate {
     pub(super) total: f32,
     /// Importance of each light of a list.
     each: [f32; FEW],
+}
+
+/// [`Estimate`] by lane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EstimateLanes {
+    pub(super) total: Lanes,
+    each: [Lanes; FEW],
+}
+
+impl EstimateLanes {
+    /// That of a lane.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> Estimate {
+        let [a, b, c, d] = &self.each;
+        Estimate { total: self.total[lane], each: [a[lane], b[lane], c[lane], d[lane]] }
+    }
 }
 
 /// Beyond this depth nodes are halved, so that 64 bits hold every way from the root.
@@ -105,6 +122,23 @@ impl LightTree {
             total += *value;
         }
         Estimate { total, each }
+    }
+
+    /// [`LightTree::estimate`] by lane, with `directions`.
+    #[inline(always)]
+    pub(super) fn estimate_lanes(&self, from: &Lanes3, normal: &Lanes3) -> EstimateLanes {
+        let mut estimate = EstimateLanes { total: [0.0; LANES], each: [[0.0; LANES]; FEW] };
+        if !self.is_list {
+            estimate.total = self.nodes[0].importance_lanes(from, normal);
+            return estimate;
+        }
+        for (each, node) in estimate.each.iter_mut().zip(&self.nodes) {
+            *each = node.importance_lanes(from, normal);
+            for (total, each) in estimate.total.iter_mut().zip(each) {
+                *total += *each;
+            }
+        }
+        estimate
     }
 
     /// Chooses a light with probability by importance; `None` where none can matter. Without `directions` normals of

@@ -9,13 +9,15 @@ use vastlight_trace::Hit;
 /// Hits between asking for a triangle's indices and its corners, and again until it is shaded.
 const STEP: usize = 12;
 
-/// Asks for what the hit `2 * STEP` and the one `STEP` places behind number `i` need.
+/// Asks for what the hit `2 * STEP` and the one `STEP` places behind the one number `met[i]` need.
 #[inline(always)]
-pub(super) fn fetch_ahead<L: Simd8>(level: L, scene: &Scene, hits: &[Hit], i: usize) {
-    if let Some(hit) = hits.get(i + 2 * STEP).filter(|hit| hit.is_hit()) {
+pub(super) fn fetch_ahead<L: Simd8>(level: L, scene: &Scene, hits: &[Hit], met: &[u32], i: usize) {
+    if let Some(&later) = met.get(i + 2 * STEP) {
+        let hit = &hits[later as usize];
         level.prefetch::<1>((&raw const mesh_of(scene, hit).triangles[hit.prim as usize]).cast());
     }
-    if let Some(hit) = hits.get(i + STEP).filter(|hit| hit.is_hit()) {
+    if let Some(&later) = met.get(i + STEP) {
+        let hit = &hits[later as usize];
         let mesh = mesh_of(scene, hit);
         for corner in mesh.triangles[hit.prim as usize] {
             level.prefetch::<1>((&raw const mesh.positions[corner as usize]).cast());

@@ -6,9 +6,11 @@
 
 mod ahead;
 mod queues;
+mod stage;
 mod starts;
 
 pub(crate) use queues::{PathState, ShadowQueue};
+pub(crate) use stage::{Shade, ShadeInput, Stage};
 pub(crate) use starts::{Run, Starts};
 
 use crate::alpha::AlphaFilter;
@@ -19,7 +21,6 @@ use crate::placement::Placement;
 use crate::sample::{RenderStats, Sample};
 use crate::settings::RenderSettings;
 use crate::veil::VeilIndex;
-use ahead::fetch_ahead;
 use vastlight_math::{Ray, Sampler, rng};
 use vastlight_scene::Scene;
 use vastlight_simd::{Kernel, Simd8};
@@ -50,22 +51,6 @@ pub(crate) trait Batches {
     ) -> &[Sample];
 }
 
-/// The shading stage of an integrator.
-pub(crate) trait Shade: Sync {
-    /// Shades one hit or miss: adds to the sample, may queue shadow rays, and returns the next ray of a path that
-    /// goes on. `depth` counts segments from the camera, this ray's included.
-    fn shade(&self, at: ShadeInput<'_>, path: &mut PathState, shadows: &mut ShadowQueue) -> Option<Ray>;
-}
-
-/// One ray and what it met.
-pub(crate) struct ShadeInput<'a> {
-    pub(crate) context: &'a Context<'a>,
-    pub(crate) depth: u32,
-    pub(crate) ray: Ray,
-    pub(crate) hit: Hit,
-    pub(crate) sample: &'a mut Sample,
-}
-
 /// Sampler dimensions of a whole path: filter, lens, time, wavelength.
 pub(crate) const CAMERA_DIMENSIONS: u32 = 4;
 
@@ -86,6 +71,7 @@ pub(crate) struct Wave {
     next_rays: Vec<Ray>,
     next_slots: Vec<u32>,
     keys: Vec<u32>,
+    met: Vec<u32>,
     shadows: ShadowQueue,
 }
 
@@ -165,21 +151,20 @@ impl Wave {
         self.shadows.clear();
         self.next_rays.clear();
         self.next_slots.clear();
-        for i in 0..self.rays.len() {
-            fetch_ahead(level, context.scene, &self.hits, i);
-            let slot = self.slots[i];
-            let input = ShadeInput {
-                context,
-                depth,
-                ray: self.rays[i],
-                hit: self.hits[i],
-                sample: &mut self.samples[slot as usize],
-            };
-            if let Some(next) = shade.shade(input, &mut self.paths[slot as usize], &mut self.shadows) {
-                self.next_rays.push(next);
-                self.next_slots.push(slot);
-            }
-        }
+        let mut stage = Stage {
+            context,
+            depth,
+            rays: &self.rays,
+            hits: &self.hits,
+            slots: &self.slots,
+            paths: &mut self.paths,
+            samples: &mut self.samples,
+            shadows: &mut self.shadows,
+            next_rays: &mut self.next_rays,
+            next_slots: &mut self.next_slots,
+            met: &mut self.met,
+        };
+        shade.shade(level, &mut stage);
         std::mem::swap(&mut self.rays, &mut self.next_rays);
         std::mem::swap(&mut self.slots, &mut self.next_slots);
     }

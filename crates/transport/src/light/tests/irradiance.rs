@@ -176,7 +176,7 @@ fn textures_and_alpha_scale_the_emission() {
     });
 }
 
-fn lamp(kind: LightKind, map: Affine3) -> Light {
+pub(super) fn lamp(kind: LightKind, map: Affine3) -> Light {
     Light {
         name: String::new(),
         kind,

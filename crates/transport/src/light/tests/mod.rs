@@ -2,6 +2,7 @@
 
 mod distant;
 mod irradiance;
+mod lanes;
 mod noise;
 
 use super::*;

@@ -4,6 +4,10 @@
 //! point X on the arc AC for which the triangle ABX has solid angle S satisfies
 //! X . [(A x B) cos(S/2) - (A + B) sin(S/2)] = (1 + A . B) sin(S/2), which is solved with the half-angle tangent.
 
+mod lanes;
+
+pub(super) use lanes::TriangleLanes;
+
 use vastlight_math::real::{atan2, sin_cos};
 use vastlight_math::{Affine3, Vec2, Vec3, warp};
 
@@ -24,7 +28,7 @@ pub(super) struct TrianglePoint {
     pub(super) distance: f32,
     /// Weights of the second and third corner.
     pub(super) barycentric: Vec2,
-    /// Over solid angle.
+    /// Over solid angle; 0 where there is no point.
     pub(super) pdf: f32,
 }
 
@@ -51,81 +55,80 @@ impl TriangleLight {
     }
 
     /// Whether `from` lies in front.
-    #[inline]
+    #[inline(always)]
     pub(super) fn faces(&self, from: Vec3) -> bool {
         (from - self.a).dot(self.normal) > 0.0
     }
 
     /// A point of the triangle as seen from `from`; `None` where it is seen from the edge.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sample(&self, from: Vec3, u: Vec2) -> Option<TrianglePoint> {
-        match self.spherical(from) {
-            Some(spherical) => self.sample_spherical(from, &spherical, u),
-            None => self.sample_area(from, u),
-        }
+        let spherical = self.spherical(from);
+        let point = if spherical.is_usable() {
+            self.point_towards(from, &spherical, spherical.sample(u))
+        } else {
+            self.point_by_area(from, u)
+        };
+        (point.pdf > 0.0).then_some(point)
     }
 
     /// Density over solid angle with which [`TriangleLight::sample`] finds `position`.
     pub(super) fn pdf(&self, from: Vec3, position: Vec3) -> f32 {
-        match self.spherical(from) {
-            Some(spherical) => 1.0 / spherical.solid_angle,
-            None => self.area_pdf(position - from),
-        }
+        let spherical = self.spherical(from);
+        if spherical.is_usable() { 1.0 / spherical.solid_angle } else { self.area_pdf(position - from) }
     }
 
-    #[inline]
-    fn sample_area(&self, from: Vec3, u: Vec2) -> Option<TrianglePoint> {
+    #[inline(always)]
+    fn point_by_area(&self, from: Vec3, u: Vec2) -> TrianglePoint {
         let barycentric = warp::uniform_triangle(u);
         let to_light = self.a + self.edge_b * barycentric.x + self.edge_c * barycentric.y - from;
-        let pdf = self.area_pdf(to_light);
         let distance = to_light.length();
-        (pdf > 0.0 && pdf.is_finite()).then(|| TrianglePoint {
-            wi: to_light / distance,
-            distance,
-            barycentric,
-            pdf,
-        })
+        TrianglePoint { wi: to_light / distance, distance, barycentric, pdf: self.area_pdf(to_light) }
     }
 
     /// 1 / area as a density over solid angle, for the point at `to_light`.
-    #[inline]
+    #[inline(always)]
     fn area_pdf(&self, to_light: Vec3) -> f32 {
         let distance_squared = to_light.length_squared();
         let pdf = 2.0 * distance_squared * distance_squared.sqrt() / self.normal.dot(to_light).abs();
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// The spherical triangle, if it is worth sampling by solid angle.
-    #[inline]
-    fn spherical(&self, from: Vec3) -> Option<Spherical> {
+    /// The spherical triangle; without solid angle if it is not worth being sampled by it.
+    #[inline(always)]
+    fn spherical(&self, from: Vec3) -> Spherical {
         let a = self.a - from;
-        if self.normal.length_squared() < 4.0 * (FAR_RATIO * a.length_squared()).powi(2) {
-            return None;
-        }
+        let far = FAR_RATIO * a.length_squared();
+        let near = self.normal.length_squared() >= 4.0 * (far * far);
         let (b, c) = (a + self.edge_b, a + self.edge_c);
         let scale = (a.length_squared() * b.length_squared() * c.length_squared()).sqrt();
         let (a, b, c) = (a.normalize_or_zero(), b.normalize_or_zero(), c.normalize_or_zero());
         // Van Oosterom and Strackee 1983; the determinant from the edges, which keep the digits of a small triangle.
         let determinant = (self.a - from).dot(self.normal).abs() / scale;
         let solid_angle = 2.0 * atan2(determinant, 1.0 + a.dot(b) + b.dot(c) + c.dot(a));
-        SOLID_ANGLES.contains(&solid_angle).then_some(Spherical { a, b, c, solid_angle })
+        Spherical { a, b, c, solid_angle: if near { solid_angle } else { 0.0 } }
     }
 
-    #[inline]
-    fn sample_spherical(&self, from: Vec3, spherical: &Spherical, u: Vec2) -> Option<TrianglePoint> {
-        let wi = spherical.sample(u)?;
+    /// The point in a direction that was drawn by solid angle.
+    #[inline(always)]
+    fn point_towards(&self, from: Vec3, spherical: &Spherical, wi: Vec3) -> TrianglePoint {
         let to_plane = (self.a - from).dot(self.normal);
         let distance = to_plane / wi.dot(self.normal);
-        if !(distance > 0.0 && distance.is_finite()) {
-            return None;
-        }
+        let exists = (distance > 0.0) & distance.is_finite();
         let p = wi * distance - (self.a - from);
         let inverse = 1.0 / self.normal.length_squared();
         let face = self.edge_b.cross(self.edge_c) * inverse;
-        let v = p.cross(self.edge_c).dot(face).clamp(0.0, 1.0);
-        let w = self.edge_b.cross(p).dot(face).clamp(0.0, 1.0 - v);
-        Some(TrianglePoint { wi, distance, barycentric: Vec2::new(v, w), pdf: 1.0 / spherical.solid_angle })
+        let v = part_of(1.0, p.cross(self.edge_c).dot(face));
+        let w = part_of(1.0 - v, self.edge_b.cross(p).dot(face));
+        let pdf = if exists { 1.0 / spherical.solid_angle } else { 0.0 };
+        TrianglePoint { wi, distance, barycentric: Vec2::new(v, w), pdf }
     }
+}
+
+/// `x` brought between 0 and `whole`; 0 where it is not a number.
+#[inline(always)]
+fn part_of(whole: f32, x: f32) -> f32 {
+    if x > 0.0 { x.min(whole) } else { 0.0 }
 }
 
 /// A triangle on the unit sphere.
@@ -138,9 +141,15 @@ struct Spherical {
 }
 
 impl Spherical {
-    /// A direction inside, uniformly over solid angle.
-    #[inline]
-    fn sample(&self, u: Vec2) -> Option<Vec3> {
+    /// Whether the solid angle is neither too small nor too large for f32.
+    #[inline(always)]
+    fn is_usable(&self) -> bool {
+        (self.solid_angle >= SOLID_ANGLES.start) & (self.solid_angle < SOLID_ANGLES.end)
+    }
+
+    /// A direction inside, uniformly over solid angle; zero where rounding leaves none.
+    #[inline(always)]
+    fn sample(&self, u: Vec2) -> Vec3 {
         let Self { a, b, c, solid_angle } = *self;
         let (sin, cos) = sin_cos(0.5 * solid_angle * u.x);
         // The determinant's sign says on which side of AB the corner C lies.
@@ -154,7 +163,7 @@ impl Spherical {
         let height = u.y * 0.5 * (x - b).length_squared();
         let away = (x - b * b.dot(x)).normalize_or_zero();
         let wi = b * (1.0 - height) + away * (height * (2.0 - height)).max(0.0).sqrt();
-        (wi.is_finite() && wi != Vec3::ZERO).then(|| wi.normalize())
+        wi.normalize_or_zero()
     }
 }
 
@@ -226,12 +235,11 @@ mod tests {
 
     #[test]
     fn solid_angle_of_an_octant_and_of_a_distant_triangle() {
-        let octant =
-            TriangleLight::new([Vec3::X, Vec3::Y, Vec3::Z], 1.0).spherical(Vec3::ZERO).expect("large");
+        let octant = TriangleLight::new([Vec3::X, Vec3::Y, Vec3::Z], 1.0).spherical(Vec3::ZERO);
         assert!((octant.solid_angle - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
         let far = TriangleLight::new([Vec3::X, Vec3::Y, Vec3::Z], 1.0);
         let from = Vec3::splat(200.0);
-        assert!(far.spherical(from).is_none());
+        assert!(!far.spherical(from).is_usable());
         let s = far.sample(from, Vec2::new(0.3, 0.6)).expect("seen");
         assert!(
             (1.0 / s.pdf / (far.area() / from.distance_squared(s.wi * s.distance + from)) - 1.0).abs() < 1e-2
