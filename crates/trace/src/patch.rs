@@ -125,7 +125,18 @@ pub(crate) fn rows(rays: &[Ray]) -> Option<(usize, usize)> {
         return None;
     }
     let below = distance(&rays[begin], &rays[begin + length]);
-    (below <= JUMP * usual).then_some((begin, length))
+    (below <= JUMP * usual && is_tighter(rays, begin, length)).then_some((begin, length))
+}
+
+/// Whether rays of several rows go more the same way than as many that follow each other: not where these come in
+/// blocks already, whose rows look like rows of a picture.
+fn is_tighter(rays: &[Ray], begin: usize, length: usize) -> bool {
+    let rows = 1 << ((rays.len() - begin) / length).clamp(1, ROWS).ilog2();
+    let spread = |strip: Strip| {
+        let patch = strip.patch(0, SHORTEST_ROW)?;
+        Some(patch.directions(rays, 0..patch.count).size().max_element())
+    };
+    spread(Strip { first: begin, length, rows }) <= spread(Strip::row(begin..begin + length))
 }
 
 /// How different two rays are; infinite where they are no numbers.
@@ -147,6 +158,18 @@ mod tests {
             Ray::new(Vec3::ZERO, Vec3::new(x - 0.5, 0.5 - y, -1.0).normalize())
         };
         pixels.map(ray).collect()
+    }
+
+    #[test]
+    fn blocks_that_follow_each_other_are_no_rows() {
+        let inside = |i: usize| (i & 1 | i >> 1 & 2 | i >> 2 & 4, i >> 1 & 1 | i >> 2 & 2 | i >> 3 & 4);
+        let ray = |i: usize| {
+            let ((x, y), block) = (inside(i % 64), i / 64);
+            let (x, y) = ((8 * (block % 8) + x) as f32, (8 * (block / 8) + y) as f32);
+            Ray::new(Vec3::ZERO, Vec3::new(x / 500.0, y / 500.0, -1.0).normalize())
+        };
+        assert_eq!(rows(&(0..4096).map(ray).collect::<Vec<_>>()), None);
+        assert_eq!(rows(&picture(512, 0..4096)), Some((0, 512)), "the same jumps");
     }
 
     #[test]
