@@ -18,8 +18,6 @@ pub struct Quality {
     pub cost: f64,
     /// Nodes, leaves included.
     pub nodes: usize,
-    /// Leaves.
-    pub leaves: usize,
     /// References in leaves.
     pub references: usize,
     /// Nodes on the longest way from the root to a leaf.
@@ -48,8 +46,7 @@ pub(crate) fn quality_of(nodes: &[Node], leaf_cost: impl Fn(&Node) -> f64 + Sync
     let kept = &mut vec![(); nodes.len()];
     let root = upward(&Measure { leaf_cost }, nodes, kept, Level::PORTABLE).unwrap_or_default();
     let overlap = if root.area > 0.0 { root.overlap / root.area } else { 0.0 };
-    let (leaves, depth) = (root.leaves as usize, root.depth as usize);
-    Quality { cost: root.cost, leaves, depth, overlap, ..counts(nodes) }
+    Quality { cost: root.cost, depth: root.depth as usize, overlap, ..counts(nodes) }
 }
 
 /// What is known of a tree without measuring: its nodes and references.
@@ -62,7 +59,6 @@ pub(crate) fn counts(nodes: &[Node]) -> Quality {
 #[derive(Clone, Copy, Debug, Default)]
 struct Figures {
     cost: f64,
-    leaves: u32,
     depth: u32,
     /// Sum of the areas of nodes with children.
     area: f64,
@@ -81,7 +77,7 @@ impl<F: Fn(&Node) -> f64 + Sync> Upward for Measure<F> {
 
     #[inline(always)]
     fn leaf(&self, node: &Node, (): &mut ()) -> Figures {
-        Figures { cost: (self.leaf_cost)(node), leaves: 1, depth: 1, ..Figures::default() }
+        Figures { cost: (self.leaf_cost)(node), depth: 1, ..Figures::default() }
     }
 
     #[inline(always)]
@@ -95,7 +91,6 @@ impl<F: Fn(&Node) -> f64 + Sync> Upward for Measure<F> {
         let [l, r] = values;
         Figures {
             cost,
-            leaves: l.leaves + r.leaves,
             depth: 1 + l.depth.max(r.depth),
             area: l.area + r.area + area,
             overlap: l.overlap + r.overlap + area * overlap(children.map(|c| &c.bounds)),
@@ -130,7 +125,7 @@ mod tests {
         };
         // The left child has a quarter of the root's area, and lies in the right one.
         let cost = 2.0 + 2.0 * 0.25 + 3.0;
-        let expected = Quality { cost, nodes: 3, leaves: 2, references: 5, depth: 2, overlap: 1.0 };
+        let expected = Quality { cost, nodes: 3, references: 5, depth: 2, overlap: 1.0 };
         assert_eq!(quality(&tree), expected);
         let mut apart = tree;
         apart.nodes[2].bounds.min.x = 0.5;

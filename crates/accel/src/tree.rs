@@ -41,10 +41,4 @@ impl BinaryTree {
     pub fn bounds(&self) -> Aabb {
         self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds)
     }
-
-    /// Number of leaves.
-    #[must_use]
-    pub fn leaves(&self) -> usize {
-        self.nodes.iter().filter(|n| n.is_leaf()).count()
-    }
 }

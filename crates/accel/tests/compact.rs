@@ -2,38 +2,21 @@
 
 mod common;
 
-use common::inputs;
+use common::{Soup, inputs};
 use vastlight_accel::build::NAMES;
 use vastlight_accel::compact::{CompactError, CompactMesh, Page};
-use vastlight_accel::wide::{ChildRef, Leaf, MeshBvh, MeshView};
-use vastlight_accel::{BuildConfig, Scratch};
+use vastlight_accel::wide::{ChildRef, Leaf};
 use vastlight_math::Vec3;
 use vastlight_simd::{Kernel, Level, Simd8};
 
-struct Soup {
-    positions: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Soup {
-    /// Triangles whose corners are moved to a lattice of 23 bits.
-    fn new(triangles: &[[Vec3; 3]]) -> Self {
-        let positions: Vec<Vec3> = triangles.iter().flatten().copied().collect();
-        let largest = positions.iter().map(|p| p.abs().max_element()).fold(f32::MIN_POSITIVE, f32::max);
-        let step = f64::from(largest).log2().floor().exp2() / 4_194_304.0;
-        let snap = |x: f32| ((f64::from(x) / step).round() * step) as f32;
-        let positions = positions.into_iter().map(|p| Vec3::new(snap(p.x), snap(p.y), snap(p.z))).collect();
-        let corners = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
-        Self { positions, triangles: corners.collect() }
-    }
-
-    fn view(&self) -> MeshView<'_> {
-        MeshView { positions: &self.positions, triangles: &self.triangles }
-    }
-
-    fn build(&self, name: &str) -> MeshBvh {
-        MeshBvh::build(name, &self.view(), &BuildConfig::default(), &mut Scratch::default()).expect("built").0
-    }
+/// Triangles whose corners are moved to a lattice of 23 bits.
+fn snapped(triangles: &[[Vec3; 3]]) -> Soup {
+    let mut soup = Soup::new(triangles);
+    let largest = soup.positions.iter().map(|p| p.abs().max_element()).fold(f32::MIN_POSITIVE, f32::max);
+    let step = f64::from(largest).log2().floor().exp2() / 4_194_304.0;
+    let snap = |x: f32| ((f64::from(x) / step).round() * step) as f32;
+    soup.positions.iter_mut().for_each(|p| *p = Vec3::new(snap(p.x), snap(p.y), snap(p.z)));
+    soup
 }
 
 /// A bumpy sheet whose triangles share vertices.
@@ -54,7 +37,7 @@ fn sheet(side: usize) -> Soup {
 #[test]
 fn pages_of_any_size_hold_what_the_wide_tree_holds() {
     for (input, triangles) in inputs() {
-        let soup = Soup::new(&triangles);
+        let soup = snapped(&triangles);
         for name in ["binned-sah", "sbvh", "hlbvh2"] {
             assert!(NAMES.contains(&name));
             let wide = soup.build(name);
@@ -91,14 +74,14 @@ fn shared_vertices_are_stored_once_in_few_bits() {
 
 #[test]
 fn small_pages_are_full() {
-    let soup = Soup::new(&inputs().into_iter().find(|input| input.0 == "many").expect("an input").1);
+    let soup = snapped(&inputs().into_iter().find(|input| input.0 == "many").expect("an input").1);
     let compact = CompactMesh::new(&soup.build(""), 1 << 14).expect("packed");
     assert!(compact.shares().sum() * 100 > compact.pages() * (1 << 14) * 85, "{} pages", compact.pages());
 }
 
 #[test]
 fn meshes_off_the_lattice_and_pages_too_small_are_errors() {
-    let mut soup = Soup::new(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]);
+    let mut soup = snapped(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]);
     soup.positions[0].x = 1e-20;
     let refused = |soup: &Soup, slot| CompactMesh::new(&soup.build(""), slot).err();
     assert_eq!(refused(&soup, 4096), Some(CompactError::Lattice { triangle: 0 }));

@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{boxes, inputs};
+use common::{Soup, boxes, inputs};
 use rayon::ThreadPoolBuilder;
 use vastlight_accel::build::NAMES;
-use vastlight_accel::wide::{Block8, Boxes, ChildRef, MeshBvh, MeshView, TopBvh, validate_nodes};
+use vastlight_accel::wide::{Block8, Boxes, ChildRef, MeshBvh, TopBvh, validate_nodes};
 use vastlight_accel::{
     BinaryTree, BuildConfig, BuildError, Reference, Scratch, Violation, build, quality, validate,
 };
@@ -69,27 +69,6 @@ fn trees_do_not_depend_on_threads_or_level() {
     }
 }
 
-/// A mesh of separate triangles.
-struct Soup {
-    positions: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Soup {
-    fn new(triangles: &[[Vec3; 3]]) -> Self {
-        let indices = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
-        Self { positions: triangles.iter().flatten().copied().collect(), triangles: indices.collect() }
-    }
-
-    fn view(&self) -> MeshView<'_> {
-        MeshView { positions: &self.positions, triangles: &self.triangles }
-    }
-
-    fn build(&self, name: &str) -> MeshBvh {
-        MeshBvh::build(name, &self.view(), &BuildConfig::default(), &mut Scratch::default()).expect("built").0
-    }
-}
-
 #[test]
 fn wide_trees_are_sound() {
     for name in NAMES {
@@ -124,6 +103,24 @@ fn trees_over_boxes_are_sound_also_where_boxes_are_infinite_or_empty() {
             other => panic!("{name}, {input}: {other:?}"),
         }
     }
+}
+
+#[test]
+fn the_cost_of_a_large_tree_is_that_of_a_plain_walk() {
+    fn cost(tree: &BinaryTree, i: usize) -> f64 {
+        let node = &tree.nodes[i];
+        if node.is_leaf() {
+            return f64::from(node.count);
+        }
+        let area = |i: usize| f64::from(tree.nodes[i].bounds.half_area());
+        let left = node.left as usize;
+        2.0 + [left, left + 1].map(|child| cost(tree, child) * area(child) / area(i)).iter().sum::<f64>()
+    }
+    let config = BuildConfig { max_leaf: 1, ..BuildConfig::default() };
+    let tree = tree("hlbvh2", &boxes(&inputs()[5].1), &config);
+    assert!(tree.nodes.len() > 1 << 14, "so many that threads share them");
+    let (found, expected) = (quality(&tree).cost, cost(&tree, 0));
+    assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
 }
 
 #[test]

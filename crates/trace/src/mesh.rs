@@ -107,7 +107,7 @@ impl MeshTree {
     pub(crate) fn memory(&self) -> Memory {
         match self {
             Self::Wide(m) => Memory::new(&m.nodes, &m.blocks),
-            Self::Compact(m) => Memory::new::<_, Block8>(&m.nodes, &[]),
+            Self::Compact(m) => Memory::new(&m.nodes, m.roots()),
         }
     }
 }

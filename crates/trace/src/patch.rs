@@ -3,6 +3,7 @@
 //! Sixty-four rays of one row spread over 64 pixels in a line; of eight rows, over a block of eight by eight, and meet far fewer nodes
 //! and leaves together. Nobody has to say that rays are those of a picture: where a row ends, directions jump back.
 
+use crate::bundle;
 use std::ops::Range;
 use vastlight_math::{Aabb, Ray};
 
@@ -107,6 +108,11 @@ pub(crate) fn strips(whole: usize, rows: Option<(usize, usize)>) -> impl Iterato
 /// Where the first whole row begins and how long rows are, if the rays stand in rows of a picture.
 pub(crate) fn rows(rays: &[Ray]) -> Option<(usize, usize)> {
     if rays.len() < 2 * SHORTEST_ROW {
+        return None;
+    }
+    // Rays that part at once go in no bundles, in rows or not.
+    let start = Strip::row(0..USUAL + 1).patch(0, USUAL + 1)?;
+    if bundle::count(rays, &start) == 0 {
         return None;
     }
     let step = |i: usize| distance(&rays[i - 1], &rays[i]);

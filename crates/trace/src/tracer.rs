@@ -46,6 +46,14 @@ pub enum TraceError {
     /// A mesh has no compact layout.
     #[error(transparent)]
     Compact(#[from] CompactError),
+    /// A structure that has but one layout was asked for another.
+    #[error("{accel} has no {layout} layout")]
+    Layout {
+        /// Name of the structure.
+        accel: &'static str,
+        /// Name of the layout.
+        layout: &'static str,
+    },
 }
 
 /// What building took and gave.
@@ -100,9 +108,13 @@ impl Tracer {
     /// Builds the structures for `scene` with all threads of the current pool.
     ///
     /// # Errors
-    /// [`TraceError::Build`] for an unknown builder, or a mesh that is too large.
+    /// [`TraceError::Build`] for an unknown builder, or a mesh that is too large; [`TraceError::Layout`] for a kd-tree in
+    /// another layout than its own.
     pub fn new(scene: &Scene, config: &TracerConfig) -> Result<Self, TraceError> {
         if let Some(kind) = KdKind::from_name(&config.accel) {
+            if config.layout != Layout::default() {
+                return Err(TraceError::Layout { accel: kind.name, layout: config.layout.name() });
+            }
             return Self::over_kd_trees(scene, kind, config.level.unwrap_or_default());
         }
         let start = Instant::now();
@@ -231,16 +243,12 @@ impl Tracer {
 
     /// [`Tracer::closest`] without filter, with all threads of the current pool.
     pub fn closest_parallel(&self, rays: &[Ray], hits: &mut [Hit]) {
-        let work = |(rays, hits): (&[Ray], &mut [Hit])| self.closest(rays, &AcceptAll, hits);
-        let chunk = parallel_chunk(rays);
-        rays.par_chunks(chunk).zip(hits.par_chunks_mut(chunk)).for_each(work);
+        in_parallel(rays, hits, |rays, hits| self.closest(rays, &AcceptAll, hits));
     }
 
     /// [`Tracer::occluded`] without filter, with all threads of the current pool.
     pub fn occluded_parallel(&self, rays: &[Ray], occluded: &mut [bool]) {
-        let work = |(rays, occluded): (&[Ray], &mut [bool])| self.occluded(rays, &AcceptAll, occluded);
-        let chunk = parallel_chunk(rays);
-        rays.par_chunks(chunk).zip(occluded.par_chunks_mut(chunk)).for_each(work);
+        in_parallel(rays, occluded, |rays, occluded| self.occluded(rays, &AcceptAll, occluded));
     }
 
     /// Around all that rays can hit.
@@ -267,8 +275,15 @@ const PARALLEL_CHUNK: usize = 4096;
 /// Most rays of rows that one thread takes at a time.
 const LARGEST_CHUNK: usize = 1 << 16;
 
+/// Answers rays with all threads of the current pool.
+pub(crate) fn in_parallel<A: Send>(rays: &[Ray], answers: &mut [A], trace: impl Fn(&[Ray], &mut [A]) + Sync) {
+    let chunk = parallel_chunk(rays);
+    let chunks = rays.par_chunks(chunk).zip(answers.par_chunks_mut(chunk));
+    chunks.for_each(|(rays, answers)| trace(rays, answers));
+}
+
 /// How many rays one thread takes at a time: whole patches of rows, where there are rows.
-pub(crate) fn parallel_chunk(rays: &[Ray]) -> usize {
+fn parallel_chunk(rays: &[Ray]) -> usize {
     match rows(&rays[..rays.len().min(LARGEST_CHUNK)]) {
         Some((0, length)) if length * ROWS <= LARGEST_CHUNK => length * ROWS,
         _ => PARALLEL_CHUNK,

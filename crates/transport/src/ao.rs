@@ -41,12 +41,10 @@ impl AmbientOcclusion {
         vertex.describe(context, vertex.bsdf(context, path, &mut own_bsdf), &ray, &hit, sample);
         let u = path.sampler.at_dimension(CAMERA_DIMENSIONS).next_2d();
         let direction = Frame::from_z(vertex.facing_normal()).to_outer(warp::cosine_hemisphere(u));
-        let geometric = if vertex.outside { vertex.surface.normal } else { -vertex.surface.normal };
-        if direction.dot(geometric) <= 0.0 {
+        if direction.dot(vertex.facing_side()) <= 0.0 {
             return;
         }
-        let origin = vertex.surface.origin_towards(direction);
-        let occlusion = Ray { origin, t_min: 0.0, direction, t_max: self.distance, time: ray.time };
+        let occlusion = Ray { t_max: self.distance, ..vertex.ray_towards(direction, ray.time) };
         shadows.push(path.slot, path.shadow_key(depth), occlusion, Vec3::ONE);
     }
 }

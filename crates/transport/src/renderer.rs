@@ -23,6 +23,7 @@ const WAVE_PATHS: u64 = 4096;
 thread_local! {
     /// Queues of the last tile that this thread has rendered: their memory is used again.
     static WAVE: Cell<Wave> = Cell::default();
+    static STREAM: Cell<Stream> = Cell::default();
 }
 
 /// Renders tiles of one picture. Shared by all threads; each call of [`Renderer::render_tile`] works on its own.
@@ -73,7 +74,12 @@ impl<'a> Renderer<'a> {
             Integrator::Ao => {
                 self.render_waves(&AmbientOcclusion::new(self.scene, s.ao_distance), tile, samples, sink)
             }
-            Integrator::Whitted => self.render_with(&mut Stream::default(), tile, samples, sink),
+            Integrator::Whitted => {
+                let mut stream = STREAM.take();
+                let stats = self.render_with(&mut stream, tile, samples, sink);
+                STREAM.set(stream);
+                stats
+            }
         }
     }
 

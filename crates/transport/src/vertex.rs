@@ -1,13 +1,17 @@
 //! A path's vertex: the surface that a ray met, its material and its scattering.
 
 use crate::bsdf::{Bsdf, Wavelength};
+use crate::light::LightSample;
 use crate::material::Evaluated;
 use crate::medium::MediumStack;
 use crate::sample::Sample;
 use crate::surface::{Surface, mesh_of};
 use crate::wavefront::{Context, PathState, WAVELENGTH_DIMENSION};
-use vastlight_math::{Frame, Ray, Vec3};
+use vastlight_math::{FAR, Frame, Ray, Vec3};
 use vastlight_trace::Hit;
+
+/// Shortens shadow rays so that they do not meet the light itself.
+const SHADOW_SHORTENING: f32 = 1e-4;
 
 /// Everything about the point that a ray met, seen from where the ray came.
 pub(crate) struct Vertex<'a> {
@@ -141,6 +145,30 @@ impl<'a> Vertex<'a> {
         sample.coverage = 1.0;
         sample.object = hit.instance;
         sample.material = self.material;
+    }
+
+    /// A ray from here on.
+    #[inline(always)]
+    pub(crate) fn ray_towards(&self, direction: Vec3, time: f32) -> Ray {
+        let origin = self.surface.origin_towards(direction);
+        Ray { origin, t_min: 0.0, direction, t_max: FAR, time }
+    }
+
+    /// The ray that asks whether a light is to be seen from here; none where there is no way between.
+    #[inline(always)]
+    pub(crate) fn shadow_ray(&self, light: &LightSample, time: f32) -> Option<Ray> {
+        let ray = self.ray_towards(light.wi, time);
+        if light.distance >= FAR {
+            return Some(ray);
+        }
+        let t_max = light.distance * (1.0 - SHADOW_SHORTENING) - 2.0 * self.surface.offset;
+        (t_max > 0.0).then_some(Ray { t_max, ..ray })
+    }
+
+    /// Geometric normal on the side of the ray.
+    #[inline(always)]
+    pub(crate) fn facing_side(&self) -> Vec3 {
+        if self.outside { self.surface.normal } else { -self.surface.normal }
     }
 
     /// Shading normal on the side of the ray.

@@ -8,7 +8,7 @@
 use super::codes::Boxes;
 use super::morton::runs;
 use super::pieces::Piece;
-use super::top_down::{self, MAX_HEURISTIC_DEPTH, Run, bounds_of};
+use super::top_down::{self, MAX_HEURISTIC_DEPTH, Run, bounds_of, scatter};
 use super::{Binned, BuildConfig, Heuristic};
 use crate::reference::EMPTY_LANES;
 use crate::sort::{Pair, payload};
@@ -140,15 +140,8 @@ impl<B: Boxes + ?Sized> Kernel for Divide<'_, '_, B> {
         let bounds = bounds_of(simd, here);
         let figures = builder.binned.gather(simd, here, &bounds, here.len());
         let (split, _) = builder.binned.try_split(simd, &figures, &bounds, here.len())?;
-        let (mut front, mut back, mut left_prims) = (0, there.len(), 0);
-        for reference in here {
-            let left = builder.binned.goes_left(&split, reference);
-            there[front] = *reference;
-            there[back - 1] = *reference;
-            front += usize::from(left);
-            back -= usize::from(!left);
-            left_prims += if left { reference.weight() as usize } else { 0 };
-        }
-        (front > 0 && front < here.len()).then_some((front, left_prims))
+        let left = scatter(here, there, |r| builder.binned.goes_left(&split, r));
+        let prims = there[..left].iter().map(|r| r.weight() as usize).sum();
+        (left > 0 && left < here.len()).then_some((left, prims))
     }
 }

@@ -7,6 +7,7 @@
 //! the latest of it first, so that leaves come nearly in the order of the codes. A run that two leaves can hold is parted so
 //! that two do, as near as possible to where its codes are: an eighth fewer leaves for the same cost of rays.
 
+use super::codes::Boxes;
 use super::pieces::Piece;
 use super::{BLANK, BuildConfig};
 use crate::reference::{EMPTY_LANES, unpack};
@@ -18,8 +19,6 @@ use vastlight_simd::{Kernel, Level, Simd8};
 
 /// Longest run whose nodes one thread makes.
 const RUN: usize = 1 << 11;
-/// How many places ahead the caches are asked for references.
-const AHEAD: usize = 24;
 
 /// What is made of the primitives in a leaf.
 pub(crate) trait Leaves: Sync {
@@ -28,8 +27,7 @@ pub(crate) trait Leaves: Sync {
     /// Elements that the leaves of a subtree take.
     fn room(&self, nodes: &[Node]) -> usize;
     /// Writes a leaf: the primitives `run[node.first..][..node.count]`, to `elements`, which are those of its subtree.
-    /// `number` counts leaves from the first of the whole tree on, `number_within` from the first of the subtree. Gives
-    /// the packed box.
+    /// `numbers` are the leaf's among those of the whole tree, and among those of its subtree. Gives the packed box.
     fn fill<S: Simd8>(
         &self,
         simd: S,
@@ -62,16 +60,10 @@ impl Leaves for InOrder<'_> {
         prims: &mut [u32],
     ) -> S::F {
         let range = node.first as usize..(node.first + node.count) as usize;
-        // The next leaves come soon, and what they refer to stands anywhere.
-        let ahead = (range.end + AHEAD).min(run.len());
-        for &pair in &run[ahead..(ahead + range.len()).min(run.len())] {
-            if let Some(reference) = self.references.get(payload(pair) as usize) {
-                simd.prefetch::<1>(std::ptr::from_ref(reference).cast());
-            }
-        }
         let mut around = simd.load(&EMPTY_LANES);
-        for (prim, &pair) in prims[range.clone()].iter_mut().zip(&run[range]) {
-            let reference = &self.references[payload(pair) as usize];
+        for (place, prim) in range.clone().zip(&mut prims[range]) {
+            self.references.prefetch(simd, run, place);
+            let reference = &self.references[payload(run[place]) as usize];
             around = simd.min(around, simd.load(reference.lanes()));
             *prim = reference.prim();
         }
@@ -225,6 +217,10 @@ mod tests {
         let mut leaves: Vec<&Node> = nodes.iter().filter(|n| n.is_leaf()).collect();
         leaves.sort_by_key(|n| n.first);
         assert!(leaves.windows(2).all(|w| w[0].first + w[0].count == w[1].first));
+        assert_eq!(
+            (leaves[0].first, leaves[leaves.len() - 1].first + leaves[leaves.len() - 1].count),
+            (0, 999)
+        );
         assert!(leaves.iter().all(|n| (1..=8).contains(&n.count)) && leaves.len() * 2 == nodes.len() + 1);
         let parents = nodes.iter().filter(|n| !n.is_leaf() && n.count <= 16);
         parents

@@ -8,7 +8,8 @@
 //! proportion to their references, so that parts can be built side by side and the tree does not depend on the threads.
 
 use super::pieces::Piece;
-use super::{Binned, BuildConfig, Clip, Heuristic, RunBounds, top_down};
+use super::top_down::{self, MAX_HEURISTIC_DEPTH};
+use super::{Binned, BuildConfig, Clip, Heuristic, RunBounds};
 use crate::reference::unpack;
 use crate::{BinaryTree, Node, Reference};
 use vastlight_math::Aabb;
@@ -19,8 +20,6 @@ const ALPHA: f32 = 1e-5;
 const BINS: usize = 16;
 /// Deeper nodes are split between references alone.
 const MAX_SPATIAL_DEPTH: u32 = 48;
-/// Deeper nodes are halved without looking, which bounds the depth of the tree.
-const MAX_HEURISTIC_DEPTH: u32 = 64;
 /// Nodes with fewer references are built by one thread.
 const SERIAL: usize = 1 << 10;
 

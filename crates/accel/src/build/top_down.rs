@@ -328,7 +328,7 @@ impl<H: Heuristic> Builder<'_, H> {
         } else {
             let figures = self.heuristic.gather(simd, here, bounds, count);
             let split = self.heuristic.try_split(simd, &figures, bounds, count);
-            split.map(|(split, cost)| (self.scatter(simd, &split, here, there), cost))
+            split.map(|(split, cost)| (scatter(here, there, |r| self.heuristic.goes_left(&split, r)), cost))
         };
         match found {
             Some((_, cost)) if may_be_leaf && cost >= self.heuristic.leaf_cost(bounds, count) => {
@@ -340,24 +340,22 @@ impl<H: Heuristic> Builder<'_, H> {
             None => Division::Parts { left: count / 2, moved: false },
         }
     }
+}
 
-    /// Copies `from` to `to`: left ones from the front, right ones from the back. Gives the number of left ones.
-    #[inline(always)]
-    fn scatter<S: Simd8>(
-        &self,
-        _simd: S,
-        split: &H::Split,
-        from: &[Reference],
-        to: &mut [Reference],
-    ) -> usize {
-        let (mut front, mut back) = (0, to.len());
-        for reference in from {
-            let left = self.heuristic.goes_left(split, reference);
-            to[front] = *reference;
-            to[back - 1] = *reference;
-            front += usize::from(left);
-            back -= usize::from(!left);
-        }
-        front
+/// Copies `from` to `to`: left ones from the front, right ones from the back. Gives the number of left ones.
+#[inline(always)]
+pub(super) fn scatter(
+    from: &[Reference],
+    to: &mut [Reference],
+    goes_left: impl Fn(&Reference) -> bool,
+) -> usize {
+    let (mut front, mut back) = (0, to.len());
+    for reference in from {
+        let left = goes_left(reference);
+        to[front] = *reference;
+        to[back - 1] = *reference;
+        front += usize::from(left);
+        back -= usize::from(!left);
     }
+    front
 }

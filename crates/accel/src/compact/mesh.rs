@@ -120,22 +120,18 @@ impl CompactMesh {
         self.starts.len() - 1
     }
 
-    /// Number of subtrees in pages.
+    /// The subtrees in pages, by the leaves of the tree above.
     #[must_use]
-    pub fn roots(&self) -> usize {
-        self.roots.len()
+    pub fn roots(&self) -> &[PageRoot] {
+        &self.roots
     }
 
     /// Memory of everything.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.bytes_above() + size_of_val(&self.lines[..])
-    }
-
-    /// Memory of what stands above the pages.
-    #[must_use]
-    pub fn bytes_above(&self) -> usize {
-        size_of_val(&self.nodes[..]) + size_of_val(&self.roots[..]) + size_of_val(&self.starts[..])
+        let above =
+            size_of_val(&self.nodes[..]) + size_of_val(&self.roots[..]) + size_of_val(&self.starts[..]);
+        above + size_of_val(&self.lines[..])
     }
 
     /// What the pages' bytes are.

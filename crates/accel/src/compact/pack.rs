@@ -80,9 +80,7 @@ fn counts(mesh: &MeshBvh) -> Vec<u32> {
 fn count(mesh: &MeshBvh, counts: &[u32], child: ChildRef) -> u32 {
     match child {
         ChildRef::NONE => 0,
-        leaf if leaf.is_leaf() => {
-            mesh.blocks[leaf.index()].prims.iter().filter(|&&p| p != u32::MAX).count() as u32
-        }
+        leaf if leaf.is_leaf() => mesh.blocks[leaf.index()].used().count() as u32,
         node => counts[node.index()],
     }
 }

@@ -3,7 +3,7 @@
 use super::cluster::{Cluster, Numbered, TRIANGLES};
 use super::node::{LeafRun, PackedChild, PackedNode};
 use super::page::UNIT;
-use crate::wide::{Block8, ChildRef, Leaf, MeshBvh, Node8};
+use crate::wide::{ChildRef, MeshBvh, Node8};
 
 const NODE: usize = size_of::<PackedNode>();
 
@@ -140,8 +140,8 @@ impl<'a> Writer<'a> {
 
     fn triangles(&self, block: usize) -> Vec<Numbered> {
         let block = &self.mesh.blocks[block];
-        let used = (0..8).filter(|&lane| block.prims[lane] != Block8::NO_PRIM);
-        used.map(|lane| (block.triangle(lane).map(|corner| corner.to_array()), block.prim(lane))).collect()
+        let corners = |lane: usize| block.triangle(lane).map(|corner| corner.to_array());
+        block.used().map(|lane| (corners(lane), block.prims[lane])).collect()
     }
 
     fn write(&mut self, node: &PackedNode, cluster: Option<&Cluster>) -> Result<(), Refusal> {

@@ -63,7 +63,7 @@ impl KdMesh {
             .map(|triangle| Aabb::from_points(mesh.corners(triangle).map(|p| p * self.scale)))
             .collect();
         for (block, lanes) in self.blocks.iter().enumerate() {
-            for lane in (0..8).filter(|&lane| lanes.prims[lane] != Block8::NO_PRIM) {
+            for lane in lanes.used() {
                 let prim = lanes.prims[lane];
                 let exists = (prim as usize) < mesh.triangles.len();
                 if !exists || lanes.triangle(lane) != mesh.corners(prim).map(|p| p * self.scale) {

@@ -41,7 +41,9 @@ pub(super) fn sorted_codes<'a>(
     let (pairs, spare) = scratch.pairs(count);
     let extents = codes(mesh, around, config.level, pairs);
     let scene = extents.centers.size();
-    if config.split_budget != Some(1.0) && extents.longest_side >= scene.max_element() / PORTIONS {
+    if config.split_budget.is_none_or(|budget| budget > 1.0)
+        && extents.longest_side >= scene.max_element() / PORTIONS
+    {
         return None;
     }
     if (scene * 2.0).cmplt(around.size()).any() {

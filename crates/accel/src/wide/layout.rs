@@ -177,10 +177,14 @@ impl Block8 {
         std::array::from_fn(|corner| Vec3::from(std::array::from_fn(|axis| self.corners[corner][axis][lane])))
     }
 
+    /// The lanes that hold triangles.
+    pub fn used(&self) -> impl Iterator<Item = usize> {
+        (0..8).filter(|&lane| self.prims[lane] != Self::NO_PRIM)
+    }
+
     /// The numbers and boxes of its triangles.
     pub(crate) fn boxes(&self) -> Vec<(u32, Aabb)> {
-        let used = (0..8).filter(|&lane| self.prims[lane] != Self::NO_PRIM);
-        used.map(|lane| (self.prims[lane], Aabb::from_points(self.triangle(lane)))).collect()
+        self.used().map(|lane| (self.prims[lane], Aabb::from_points(self.triangle(lane)))).collect()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::collapse::{emit, plan};
 use super::{ChildRef, Node8};
+use crate::quality::counts;
 use crate::{BuildConfig, BuildError, Quality, Reference, Scratch, build, quality_with};
 use vastlight_math::Aabb;
 
@@ -52,7 +53,8 @@ impl TopBvh {
         let mut nodes = vec![Node8::EMPTY; plan.nodes.len()];
         emit(&plan, &mut nodes, bounds, prim);
         let root = plan.root.map(|root| if root.is_leaf() { prim(root) } else { root });
-        Ok(Self { nodes, root, levels: plan.levels, quality: quality_with(&tree, costs) })
+        let quality = if config.measure { quality_with(&tree, costs) } else { counts(&tree.nodes) };
+        Ok(Self { nodes, root, levels: plan.levels, quality })
     }
 
     /// Memory of the nodes.

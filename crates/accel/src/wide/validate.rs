@@ -91,7 +91,7 @@ fn push_children(
 /// Checks that the triangles of `blocks` are those of `mesh`, scaled.
 pub(crate) fn validate_blocks(blocks: &[Block8], mesh: &MeshView<'_>, scale: f32) -> Result<(), Violation> {
     for (index, block) in blocks.iter().enumerate() {
-        for lane in (0..8).filter(|&lane| block.prims[lane] != Block8::NO_PRIM) {
+        for lane in block.used() {
             let prim = block.prims[lane];
             let exists = (prim as usize) < mesh.triangles.len();
             if !exists || block.triangle(lane) != mesh.corners(prim).map(|p| p * scale) {

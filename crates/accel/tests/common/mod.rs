@@ -1,6 +1,8 @@
 //! Triangles for the tests, easy and nasty.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+use vastlight_accel::wide::{MeshBvh, MeshView};
+use vastlight_accel::{BuildConfig, Scratch};
 use vastlight_math::{Aabb, Vec3};
 
 /// Numbers in [0, 1), the same in every run.
@@ -52,4 +54,25 @@ pub(crate) fn inputs() -> Vec<(&'static str, Vec<[Vec3; 3]>)> {
 /// The triangles' boxes.
 pub(crate) fn boxes(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
     triangles.iter().map(|t| Aabb::from_points(*t)).collect()
+}
+
+/// A mesh of separate triangles.
+pub(crate) struct Soup {
+    pub(crate) positions: Vec<Vec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+}
+
+impl Soup {
+    pub(crate) fn new(triangles: &[[Vec3; 3]]) -> Self {
+        let indices = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+        Self { positions: triangles.iter().flatten().copied().collect(), triangles: indices.collect() }
+    }
+
+    pub(crate) fn view(&self) -> MeshView<'_> {
+        MeshView { positions: &self.positions, triangles: &self.triangles }
+    }
+
+    pub(crate) fn build(&self, name: &str) -> MeshBvh {
+        MeshBvh::build(name, &self.view(), &BuildConfig::default(), &mut Scratch::default()).expect("built").0
+    }
 }

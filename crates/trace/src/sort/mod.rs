@@ -6,7 +6,7 @@
 
 mod key;
 
-use crate::tracer::parallel_chunk;
+use crate::tracer::in_parallel;
 use crate::{AcceptAll, Hit, Tracer};
 use key::Cells;
 use rayon::prelude::*;
@@ -103,29 +103,32 @@ impl RaySorter {
         let (rays, answers) = (&rays[..traced], &mut answers[..traced]);
         for (rays, answers) in rays.chunks(self.together).zip(answers.chunks_mut(self.together)) {
             let start = Instant::now();
-            let sample = sample(rays);
-            let cells = Cells::new(tracer.world(), &sample);
-            let sorted = match when {
-                SortRays::Auto => rays.len() >= FEWEST && in_no_order(&cells, &sample),
-                SortRays::On => true,
-                SortRays::Off => false,
-            };
-            if sorted {
-                self.sort(&cells, rays);
-            }
+            let sorted = self.sort_where(tracer, when, rays);
             let begin = Instant::now();
             if sorted {
                 self.trace_sorted((rays, answers), none, &trace);
             } else {
-                let chunk = parallel_chunk(rays);
-                let chunks = rays.par_chunks(chunk).zip(answers.par_chunks_mut(chunk));
-                chunks.for_each(|(rays, answers)| trace(rays, answers));
+                in_parallel(rays, answers, &trace);
             }
             report.sorted |= sorted;
             report.sorting += begin - start;
             report.tracing += begin.elapsed();
         }
         report
+    }
+
+    /// Sorts where `when` says so; whether it did.
+    fn sort_where(&mut self, tracer: &Tracer, when: SortRays, rays: &[Ray]) -> bool {
+        if when == SortRays::Off || when == SortRays::Auto && rays.len() < FEWEST {
+            return false;
+        }
+        let sample = sample(rays);
+        let cells = Cells::new(tracer.world(), &sample);
+        let sorted = when == SortRays::On || in_no_order(&cells, &sample);
+        if sorted {
+            self.sort(&cells, rays);
+        }
+        sorted
     }
 
     /// Makes `pairs` the keys and numbers of the rays, in the order of the keys, and fills `places`.

@@ -7,7 +7,7 @@ use crate::common::{
 use vastlight_math::{Affine3, FAR, Ray, Vec3};
 use vastlight_scene::{Scene, SceneDesc};
 use vastlight_simd::Level;
-use vastlight_trace::{Hit, HitFilter, TraceError, Tracer, TracerConfig};
+use vastlight_trace::{Hit, HitFilter, Layout, TraceError, Tracer, TracerConfig};
 
 fn ball_and_others() -> Scene {
     let maps =
@@ -156,6 +156,9 @@ fn empty_scenes_and_unknown_builders() {
     }
     let config = TracerConfig { accel: "quantum".into(), ..TracerConfig::default() };
     assert!(matches!(Tracer::new(&scene, &config), Err(TraceError::Build(_))));
+    let config =
+        TracerConfig { accel: "kd-threaded".into(), layout: Layout::Compact, ..TracerConfig::default() };
+    assert!(matches!(Tracer::new(&scene, &config), Err(TraceError::Layout { .. })));
 }
 
 #[test]

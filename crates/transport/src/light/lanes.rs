@@ -49,6 +49,10 @@ struct Chosen {
 impl Chosen {
     const NONE: Self = Self { count: 0, lanes: [0; LANES] };
 
+    fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
     /// Adds a lane; gives its place.
     #[inline(always)]
     fn push(&mut self, lane: usize) -> usize {
@@ -98,6 +102,9 @@ impl OnTriangles {
 
     #[inline(always)]
     fn answer(&self, answers: &mut LightAnswers) {
+        if self.chosen.is_empty() {
+            return;
+        }
         let points = self.shapes.sample(&self.from, &self.u);
         for (place, lane) in self.chosen.iter() {
             let (point, [within, local]) = (points.get(place), self.probability[place]);
@@ -131,6 +138,9 @@ impl UnderSky {
 
     #[inline(always)]
     fn answer(&self, lights: &Lights<'_>, answers: &mut LightAnswers) {
+        if self.chosen.is_empty() {
+            return;
+        }
         let mut wi = Lanes3::ZERO;
         for place in 0..LANES {
             let frame = Frame::from_z(self.normal.get(place));
@@ -147,8 +157,11 @@ impl Lights<'_> {
     /// Answers all lanes that want it.
     #[inline(always)]
     pub(crate) fn draw_lanes(&self, q: &LightQueries) -> LightAnswers {
-        let weights = self.weights_of_lanes(&q.from, &q.normal);
         let mut answers = LightAnswers { odds: [Odds::default(); LANES], samples: [None; LANES] };
+        if !q.wanted.contains(&true) {
+            return answers;
+        }
+        let weights = self.weights_of_lanes(&q.from, &q.normal);
         let (mut triangles, mut sky) = (OnTriangles::NONE, UnderSky::NONE);
         for lane in 0..LANES {
             if !q.wanted[lane] || weights.sum[lane] <= 0.0 || weights.sum[lane].is_nan() {
@@ -206,13 +219,11 @@ impl Lights<'_> {
             directional[lane] = self.distant.directional_estimate(normal.get(lane));
         }
         for lane in 0..LANES {
-            let local_weight = estimate.total[lane].sqrt();
             let background_weight = self.distant.background_estimate(normal.get(lane)).sqrt();
-            sum[lane] = local_weight + background_weight + sun[lane] + directional[lane];
-            scale[lane] = 1.0 / sum[lane];
-            local[lane] = local_weight * scale[lane];
-            background[lane] = background_weight * scale[lane];
-            sun[lane] *= scale[lane];
+            let (odds, all, one_over_all) =
+                Odds::of(estimate.total[lane].sqrt(), background_weight, sun[lane], directional[lane]);
+            (local[lane], background[lane], sun[lane]) = (odds.local, odds.background, odds.sun);
+            (sum[lane], scale[lane]) = (all, one_over_all);
         }
         WeightLanes { estimate, local, background, sun, sum, scale }
     }

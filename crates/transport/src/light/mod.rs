@@ -74,6 +74,16 @@ pub(crate) struct Odds {
     sun: f32,
 }
 
+impl Odds {
+    /// Those of groups with these weights; with the sum of all, and 1 / it.
+    #[inline(always)]
+    fn of(local: f32, background: f32, sun: f32, directional: f32) -> (Self, f32, f32) {
+        let sum = local + background + sun + directional;
+        let scale = 1.0 / sum;
+        (Self { local: local * scale, background: background * scale, sun: sun * scale }, sum, scale)
+    }
+}
+
 /// What the choice of a light at a point depends on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights {
@@ -227,13 +237,10 @@ impl<'a> Lights<'a> {
     #[inline(always)]
     pub(crate) fn weights(&self, from: Vec3, normal: Vec3) -> Option<Weights> {
         let estimate = self.local.estimate(from, normal);
-        let local = estimate.total.sqrt();
         let background = self.distant.background_estimate(normal).sqrt();
         let sun = self.distant.sun_estimate(normal).sqrt();
         let directional = self.distant.directional_estimate(normal);
-        let sum = local + background + sun + directional;
-        let scale = 1.0 / sum;
-        let odds = Odds { local: local * scale, background: background * scale, sun: sun * scale };
+        let (odds, sum, scale) = Odds::of(estimate.total.sqrt(), background, sun, directional);
         (sum > 0.0).then_some(Weights { odds, estimate, scale })
     }
 }

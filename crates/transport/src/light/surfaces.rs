@@ -177,9 +177,9 @@ impl<'a> Surfaces<'a> {
         let flat = &self.flat[choice.light as usize];
         match flat.kind {
             Kind::OneSided | Kind::TwoSided => {
-                let lit = flat.kind == Kind::TwoSided || flat.shape.faces(from);
-                let point = if lit { flat.shape.sample(from, u)? } else { return None };
-                Some(SurfaceSample { point, radiance: flat.radiance, probability: choice.probability })
+                let plain = self.plain_triangle(choice.light).filter(|plain| plain.shines_at(from))?;
+                let point = plain.shape.sample(from, u)?;
+                Some(SurfaceSample { point, radiance: plain.radiance, probability: choice.probability })
             }
             Kind::Textured => {
                 let leaf = self.leaves[choice.light as usize];

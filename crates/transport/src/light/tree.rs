@@ -4,6 +4,7 @@
 //! over binned centroids. Every light remembers its way from the root as bits, so its probability is found without a
 //! search.
 
+use super::ONE_MINUS_EPSILON;
 use super::bounds::{LightBounds, Node};
 use vastlight_math::lanes::{LANES, Lanes, Lanes3};
 use vastlight_math::{Aabb, Vec3};
@@ -224,8 +225,6 @@ impl LightTree {
         (sum > 0.0).then(|| left / sum)
     }
 }
-
-const ONE_MINUS_EPSILON: f32 = 1.0 - f32::EPSILON * 0.5;
 
 fn leaf(item: &Item) -> Node {
     Node::new(&item.bounds, item.center, item.radius, item.light).into_leaf(item.planar)

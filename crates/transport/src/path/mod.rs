@@ -26,9 +26,6 @@ const MAX_PANES: u32 = 32;
 /// Roulette lets a path live with at most this probability, so that no path is endless.
 const ROULETTE_MAX: f32 = 0.95;
 
-/// Shortens shadow rays so that they do not meet the light itself.
-const SHADOW_SHORTENING: f32 = 1e-4;
-
 /// The path tracer, or its direct-light part.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathTracing {
@@ -252,16 +249,12 @@ fn connect(
     if radiance.max_element() <= 0.0 {
         return None;
     }
-    let infinite = light.distance >= FAR;
     let through = (light.wi.dot(vertex.surface.normal) >= 0.0) != vertex.outside;
     let media = if through { vertex.media_behind(path.media) } else { path.media };
-    if let (Some(medium), false) = (media.current(), infinite) {
+    if let (Some(medium), false) = (media.current(), light.distance >= FAR) {
         radiance *= transmittance(context.materials.attenuation(medium), light.distance);
     }
-    let t_max =
-        if infinite { FAR } else { light.distance * (1.0 - SHADOW_SHORTENING) - 2.0 * vertex.surface.offset };
-    let origin = vertex.surface.origin_towards(light.wi);
-    (t_max > 0.0).then_some((Ray { origin, t_min: 0.0, direction: light.wi, t_max, time: 0.0 }, radiance))
+    Some((vertex.shadow_ray(light, 0.0)?, radiance))
 }
 
 /// Draws the next direction and moves the path's state over the surface. True if the path goes straight through a
@@ -291,8 +284,7 @@ fn continue_path(
     if next.transmitted {
         path.media = vertex.media_behind(path.media);
     }
-    let origin = vertex.surface.origin_towards(direction);
-    Some((Ray { origin, t_min: 0.0, direction, t_max: FAR, time: 0.0 }, straight))
+    Some((vertex.ray_towards(direction, 0.0), straight))
 }
 
 /// Russian roulette by the energy that the path still carries.

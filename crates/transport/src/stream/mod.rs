@@ -21,7 +21,7 @@ use crate::sample::{RenderStats, Sample};
 use crate::wavefront::{Batches, Context, Run};
 use records::{Load, Sum};
 use shade::{Derived, StreamFilter};
-use vastlight_math::{Ray, Sampler, rng};
+use vastlight_math::{Ray, Sampler};
 use vastlight_trace::stream::{Outlets, StreamRay};
 
 /// Rays for which a kernel is worth running while there are more to generate.
@@ -56,7 +56,10 @@ impl Batches for Stream {
         self.samplers.clear();
         self.sums.clear();
         self.samples.clear();
-        let mut starts = runs.flat_map(|run| run.samples.map(move |sample| (run.pixel, sample)));
+        let mut starts = runs.flat_map(|run| {
+            let pixel = run.pixel;
+            run.starts(context.settings.seed).map(move |(sampler, key)| (pixel, sampler, key))
+        });
         let mut more = true;
         loop {
             let waiting = [self.to_traverse.len(), self.to_intersect.len(), self.to_shade.len()];
@@ -85,15 +88,12 @@ impl Stream {
     fn generate(
         &mut self,
         context: &Context<'_>,
-        starts: &mut impl Iterator<Item = ([u32; 2], u32)>,
+        starts: &mut impl Iterator<Item = ([u32; 2], Sampler, u32)>,
         stats: &mut RenderStats,
     ) -> bool {
         for _ in 0..BATCH {
-            let Some((pixel, sample)) = starts.next() else { return false };
-            let seed = context.settings.seed;
-            let sampler = Sampler::new(pixel, sample, seed);
+            let Some((pixel, sampler, key)) = starts.next() else { return false };
             let ray = context.camera.ray(pixel, context.camera.draw(sampler));
-            let key = (rng::hash_words(&[pixel[0], pixel[1], sample, seed]) >> 32) as u32;
             let load = Load::of_camera(self.samples.len() as u32, key);
             self.samplers.push(sampler);
             self.sums.push(Sum::default());

@@ -8,7 +8,7 @@ use crate::sample::Sample;
 use crate::surface::mesh_of;
 use crate::vertex::Vertex;
 use crate::wavefront::{CAMERA_DIMENSIONS, Context};
-use vastlight_math::{FAR, Ray, Sampler, Vec3};
+use vastlight_math::{Ray, Sampler, Vec3};
 use vastlight_trace::stream::StreamRay;
 use vastlight_trace::{Hit, HitFilter};
 
@@ -16,8 +16,6 @@ use vastlight_trace::{Hit, HitFilter};
 const FAINTEST: f32 = 1.0 / 512.0;
 /// Rays are numbered by their way through the tree of a sample in 32 bits.
 const DEEPEST: u32 = 31;
-/// Shortens shadow rays so that they do not meet the light itself.
-const SHORTENING: f32 = 1e-4;
 
 /// Rays derived at one hit: mirrored, refracted, to a light.
 pub(super) type Derived = [Option<(Ray, Load)>; 3];
@@ -60,12 +58,10 @@ pub(super) fn shade(
 /// The mirrored and the refracted ray.
 fn derive(vertex: &Vertex<'_>, phong: &Phong, ray: &Ray, mirrored: Vec3, load: &Load, derived: &mut Derived) {
     let parting = phong.part(vertex.wo, vertex.facing_normal(), vertex.outside);
-    let side = if vertex.outside { vertex.surface.normal } else { -vertex.surface.normal };
+    let side = vertex.facing_side();
     let goes_on = |direction: Vec3, weight: Vec3, kind: u32| {
         let load = load.derived(kind, weight);
-        let origin = vertex.surface.origin_towards(direction);
-        let next = Ray { origin, t_min: 0.0, direction, t_max: FAR, time: ray.time };
-        (load.weight.max_element() >= FAINTEST).then_some((next, load))
+        (load.weight.max_element() >= FAINTEST).then_some((vertex.ray_towards(direction, ray.time), load))
     };
     if mirrored.dot(side) > 0.0 {
         derived[0] = goes_on(mirrored, parting.mirrored, 0);
@@ -97,12 +93,7 @@ fn towards_light(
     }
     let local = phong.local(mirrored.dot(light.wi), light.delta);
     let load = load.shadow(local * light.radiance * (cos / light.pdf));
-    let infinite = light.distance >= FAR;
-    let t_max =
-        if infinite { FAR } else { light.distance * (1.0 - SHORTENING) - 2.0 * vertex.surface.offset };
-    let origin = vertex.surface.origin_towards(light.wi);
-    let shadow = Ray { origin, t_min: 0.0, direction: light.wi, t_max, time: ray.time };
-    (t_max > 0.0 && load.weight.max_element() > 0.0).then_some((shadow, load))
+    (load.weight.max_element() > 0.0).then_some((vertex.shadow_ray(&light, ray.time)?, load))
 }
 
 /// Lets rays pass by alpha, and shadow rays through what is clear: light through glass is not bent here.

@@ -21,7 +21,7 @@ use crate::placement::Placement;
 use crate::sample::{RenderStats, Sample};
 use crate::settings::RenderSettings;
 use crate::veil::VeilIndex;
-use vastlight_math::{Ray, Sampler, rng};
+use vastlight_math::Ray;
 use vastlight_scene::Scene;
 use vastlight_simd::{Kernel, Simd8};
 use vastlight_trace::{AcceptAll, Hit, Tracer};
@@ -117,15 +117,10 @@ impl Wave {
     /// Starts a path for each sample of one pixel.
     #[inline(always)]
     fn generate(&mut self, context: &Context<'_>, run: Run) {
-        let seed = context.settings.seed;
-        let [x, y] = run.pixel;
-        let pixel_sampler = Sampler::new(run.pixel, 0, seed);
-        let pixel_hash = rng::hash_words(&[x, y]);
-        for sample in run.samples {
+        let pixel = run.pixel;
+        for (sampler, key) in run.starts(context.settings.seed) {
             let slot = self.paths.len() as u32;
-            let sampler = pixel_sampler.at_sample(sample);
-            let key = (rng::hash_more(pixel_hash, &[sample, seed]) >> 32) as u32;
-            self.rays.push(context.camera.ray(run.pixel, context.camera.draw(sampler)));
+            self.rays.push(context.camera.ray(pixel, context.camera.draw(sampler)));
             self.slots.push(slot);
             self.paths.push(PathState::new(slot, sampler, key));
             self.samples.push(Sample::MISS);

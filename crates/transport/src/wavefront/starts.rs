@@ -3,6 +3,7 @@
 use crate::order;
 use crate::settings::Tile;
 use std::ops::Range;
+use vastlight_math::{Sampler, rng};
 
 /// Samples of one pixel that follow each other.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,6 +12,18 @@ pub(crate) struct Run {
     pub(crate) pixel: [u32; 2],
     /// Numbers of the samples.
     pub(crate) samples: Range<u32>,
+}
+
+impl Run {
+    /// The sampler of each sample, and a hash of pixel, sample and seed.
+    #[inline(always)]
+    pub(crate) fn starts(self, seed: u32) -> impl Iterator<Item = (Sampler, u32)> {
+        let (pixel_sampler, pixel_hash) = (Sampler::new(self.pixel, 0, seed), rng::hash_words(&self.pixel));
+        self.samples.map(move |sample| {
+            let key = (rng::hash_more(pixel_hash, &[sample, seed]) >> 32) as u32;
+            (pixel_sampler.at_sample(sample), key)
+        })
+    }
 }
 
 /// The samples of a tile, numbered from 0 in the order of rendering.
