@@ -15,6 +15,7 @@ mod material;
 mod mesh;
 mod metals;
 mod scene;
+mod stream;
 mod tangents;
 
 pub use camera::{Camera, Projection};
@@ -27,3 +28,4 @@ pub use light::{IesProfile, Light, LightKind};
 pub use material::{AlphaMode, Channel, ColorInput, Conductor, Material, NormalMap, ScalarInput};
 pub use mesh::{Mesh, Part};
 pub use scene::Scene;
+pub use stream::{Piece, PieceInstance, Pieces, SceneStream, read_ahead};

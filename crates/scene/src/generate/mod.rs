@@ -1,6 +1,6 @@
 //! Procedural scenes: every demo is a function of its options alone, the same bits on every machine.
 //!
-//! [`names`] lists the demos, [`by_name`] makes one. A demo builds shapes (`shape`, `solids`, `lathe`, `tube`,
+//! [`names`] lists the demos, [`by_name`] makes one, [`stream`] makes one mesh by mesh. A demo builds shapes (`shape`, `solids`, `lathe`, `tube`,
 //! `extrude`), gives them materials (`palette`, `surfaces`) and collects them in a [`SceneDesc`] (`builder`). Chance
 //! comes from the counter-based generator in `chance`, natural form from `noise`.
 
@@ -24,7 +24,7 @@ mod textures;
 mod tree;
 mod tube;
 
-use crate::{SceneDesc, SceneError};
+use crate::{SceneDesc, SceneError, SceneStream};
 
 /// What a procedural scene may vary in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -78,6 +78,19 @@ pub fn names() -> Vec<&'static str> {
 /// # Errors
 /// No demo has this name, or it cannot be made with so many triangles.
 pub fn by_name(name: &str, options: &GenerateOptions) -> Result<SceneDesc, SceneError> {
+    Ok((find(name, options)?.make)(options))
+}
+
+/// Makes the demo scene `name` mesh by mesh.
+///
+/// # Errors
+/// No demo has this name, or it cannot be made with so many triangles.
+pub fn stream(name: &str, options: &GenerateOptions) -> Result<SceneStream, SceneError> {
+    Ok(by_name(name, options)?.into())
+}
+
+/// The demo `name`, if it can be made with these options.
+fn find(name: &str, options: &GenerateOptions) -> Result<&'static Demo, SceneError> {
     let place = || format!("demo:{name}");
     let Some(demo) = DEMOS.iter().find(|demo| demo.name == name) else {
         return Err(SceneError::new(
@@ -102,7 +115,7 @@ pub fn by_name(name: &str, options: &GenerateOptions) -> Result<SceneDesc, Scene
             ));
         }
     }
-    Ok((demo.make)(options))
+    Ok(demo)
 }
 
 #[cfg(test)]

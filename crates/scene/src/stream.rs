@@ -1,0 +1,231 @@
+//! A scene that comes mesh by mesh, so that no more than a few meshes are in memory at a time.
+
+use crate::{Instance, Mesh, SceneDesc, SceneError};
+use rayon::Yield;
+use std::collections::VecDeque;
+use std::fmt;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
+use vastlight_math::Affine3;
+
+/// A placement of a piece's mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PieceInstance {
+    /// Object space to world space.
+    pub world_from_object: Affine3,
+    /// Index into the names of [`SceneStream::desc`].
+    pub name: u32,
+}
+
+/// A mesh with all its placements. Generators make meshes of at most [`Piece::MAX_TRIANGLES`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Piece {
+    /// The mesh; its materials are indices into the materials of [`SceneStream::desc`].
+    pub mesh: Mesh,
+    /// Where it stands.
+    pub instances: Vec<PieceInstance>,
+}
+
+impl Piece {
+    /// Triangles of the largest mesh that a generator makes where it can choose.
+    pub const MAX_TRIANGLES: usize = 1 << 20;
+
+    /// A mesh that stands where it is.
+    #[must_use]
+    pub fn placed(mesh: Mesh, name: u32) -> Self {
+        Self { mesh, instances: vec![PieceInstance { world_from_object: Affine3::IDENTITY, name }] }
+    }
+}
+
+/// Pieces in an order that does not depend on the number of threads.
+pub type Pieces = Box<dyn Iterator<Item = Result<Piece, SceneError>> + Send>;
+
+/// A scene whose meshes come one after the other. After an error nothing more of use comes.
+pub struct SceneStream {
+    /// Everything but meshes and instances.
+    pub desc: SceneDesc,
+    /// Meshes with their placements.
+    pub pieces: Pieces,
+    /// Triangles of all pieces, each mesh counted once, within 1 %; `None` where nobody knows beforehand.
+    pub triangles: Option<u64>,
+}
+
+impl fmt::Debug for SceneStream {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut f = f.debug_struct("SceneStream");
+        f.field("desc", &self.desc).field("triangles", &self.triangles).finish_non_exhaustive()
+    }
+}
+
+impl SceneStream {
+    /// The whole scene. Instances stand in the order of their meshes.
+    ///
+    /// # Errors
+    /// The first error of the pieces.
+    pub fn collect(self) -> Result<SceneDesc, SceneError> {
+        let mut desc = self.desc;
+        for piece in self.pieces {
+            let Piece { mesh, instances } = piece?;
+            let number = desc.meshes.len() as u32;
+            desc.meshes.push(mesh);
+            desc.instances.extend(instances.iter().map(|i| Instance {
+                world_from_object: i.world_from_object,
+                mesh: number,
+                name: i.name,
+            }));
+        }
+        Ok(desc)
+    }
+}
+
+/// A scene in memory, mesh by mesh; instances are sorted by mesh. Instances of meshes that do not exist are an error
+/// after the last piece.
+impl From<SceneDesc> for SceneStream {
+    fn from(mut desc: SceneDesc) -> Self {
+        let meshes = std::mem::take(&mut desc.meshes);
+        let mut instances = std::mem::take(&mut desc.instances);
+        instances.sort_by_key(|i| i.mesh);
+        let triangles = meshes.iter().map(|m| m.triangles.len() as u64).sum();
+        let stray = instances.last().map(|i| i.mesh).filter(|&mesh| mesh as usize >= meshes.len());
+        let stray =
+            stray.map(|mesh| Err(SceneError::new(format!("mesh {mesh} does not exist"), "instances", "")));
+        let mut first = 0;
+        let pieces = meshes.into_iter().enumerate().map(move |(number, mesh)| {
+            let count = instances[first..].partition_point(|i| i.mesh as usize <= number);
+            let placed = instances[first..first + count].iter();
+            first += count;
+            let place = |i: &Instance| PieceInstance { world_from_object: i.world_from_object, name: i.name };
+            Ok(Piece { mesh, instances: placed.map(place).collect() })
+        });
+        Self { desc, pieces: Box::new(pieces.chain(stray)), triangles: Some(triangles) }
+    }
+}
+
+/// Makes pieces from `jobs` on rayon's threads, at most `ahead` of them before they are asked for; their order is
+/// that of the jobs. Nothing starts before the first piece is asked for.
+pub fn read_ahead<J: Send + 'static>(
+    jobs: impl Iterator<Item = J> + Send + 'static,
+    ahead: usize,
+    make: impl Fn(J) -> Result<Piece, SceneError> + Send + Sync + 'static,
+) -> Pieces {
+    Box::new(ReadAhead { jobs, ahead: ahead.max(1), make: Arc::new(make), under_way: VecDeque::new() })
+}
+
+struct ReadAhead<I, F> {
+    jobs: I,
+    ahead: usize,
+    make: Arc<F>,
+    under_way: VecDeque<Receiver<Result<Piece, SceneError>>>,
+}
+
+impl<J, I, F> Iterator for ReadAhead<I, F>
+where
+    J: Send + 'static,
+    I: Iterator<Item = J>,
+    F: Fn(J) -> Result<Piece, SceneError> + Send + Sync + 'static,
+{
+    type Item = Result<Piece, SceneError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while self.under_way.len() < self.ahead {
+            let Some(job) = self.jobs.next() else { break };
+            let (sender, receiver) = sync_channel(1);
+            let make = Arc::clone(&self.make);
+            rayon::spawn_fifo(move || {
+                // Nobody listens any more once the stream is dropped.
+                let _ = sender.send(make(job));
+            });
+            self.under_way.push_back(receiver);
+        }
+        self.under_way.pop_front().map(|receiver| wait(&receiver))
+    }
+}
+
+/// Waits for a piece. Whoever waits on one of rayon's own threads works meanwhile, so that a pool of one thread does
+/// not wait for itself.
+fn wait(receiver: &Receiver<Result<Piece, SceneError>>) -> Result<Piece, SceneError> {
+    loop {
+        let patience = match rayon::yield_now() {
+            Some(Yield::Executed) => Duration::ZERO,
+            Some(Yield::Idle) => Duration::from_millis(1),
+            None => Duration::from_secs(3600),
+        };
+        match receiver.recv_timeout(patience) {
+            Ok(piece) => return piece,
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(SceneError::new("a piece of the scene could not be made", "stream", ""));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use vastlight_math::Vec3;
+
+    fn triangle(name: usize) -> Mesh {
+        Mesh {
+            name: name.to_string(),
+            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y * name as f32],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        }
+    }
+
+    fn numbered(count: usize, ahead: usize) -> Pieces {
+        read_ahead(0..count, ahead, |i| Ok(Piece::placed(triangle(i), 0)))
+    }
+
+    #[test]
+    fn pieces_come_in_order_whatever_runs_ahead() {
+        let names = |pieces: Pieces| pieces.map(|p| p.expect("made").mesh.name).collect::<Vec<_>>();
+        let expected: Vec<String> = (0..100).map(|i| i.to_string()).collect();
+        for ahead in [0, 1, 3, 1000] {
+            assert_eq!(names(numbered(100, ahead)), expected);
+        }
+        for threads in [1, 3] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+            assert_eq!(pool.install(|| names(numbered(100, 4))), expected);
+        }
+    }
+
+    #[test]
+    fn no_more_is_made_ahead_than_was_agreed() {
+        static STARTED: AtomicUsize = AtomicUsize::new(0);
+        let mut pieces = read_ahead(0..1000_usize, 5, |i| {
+            STARTED.fetch_add(1, Ordering::SeqCst);
+            if i == 7 { Err(SceneError::new("no", "", "")) } else { Ok(Piece::placed(triangle(i), 0)) }
+        });
+        assert_eq!(STARTED.load(Ordering::SeqCst), 0);
+        for asked in 1..=20 {
+            assert_eq!(pieces.next().expect("a piece").is_err(), asked == 8);
+            assert!(STARTED.load(Ordering::SeqCst) <= asked + 4);
+        }
+    }
+
+    #[test]
+    fn a_scene_survives_being_taken_apart() {
+        let instance = |mesh, x| Instance {
+            world_from_object: Affine3::from_translation(Vec3::X * x),
+            mesh,
+            name: mesh + 10,
+        };
+        let mut desc = SceneDesc {
+            meshes: (0..4).map(triangle).collect(),
+            instances: vec![instance(2, 0.0), instance(0, 1.0), instance(2, 2.0), instance(3, 3.0)],
+            ..SceneDesc::default()
+        };
+        let stream = SceneStream::from(desc.clone());
+        assert_eq!(stream.triangles, Some(4));
+        let back = stream.collect().expect("whole");
+        assert_eq!(back.meshes, desc.meshes);
+        desc.instances.sort_by_key(|i| i.mesh);
+        assert_eq!(back.instances, desc.instances);
+        desc.instances.push(instance(4, 0.0));
+        assert!(SceneStream::from(desc).collect().expect_err("a stray").what.contains("mesh 4"));
+    }
+}
