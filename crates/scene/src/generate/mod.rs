@@ -39,7 +39,15 @@ pub struct GenerateOptions {
 struct Demo {
     name: &'static str,
     sizes: Option<Sizes>,
-    make: fn(&GenerateOptions) -> SceneDesc,
+    make: Make,
+}
+
+/// How a demo is made.
+enum Make {
+    /// At once.
+    Whole(fn(&GenerateOptions) -> SceneDesc),
+    /// Mesh by mesh, in memory that does not grow with the number of triangles.
+    Pieces(fn(&GenerateOptions) -> SceneStream),
 }
 
 /// Triangle counts that a demo can be asked for.
@@ -49,21 +57,33 @@ struct Sizes {
 }
 
 const DEMOS: &[Demo] = &[
-    Demo { name: "atrium", sizes: None, make: atrium::atrium },
+    Demo { name: "atrium", sizes: None, make: Make::Whole(atrium::atrium) },
     Demo {
         name: "caustic-sphere",
         sizes: Some(Sizes { least: 1_000, most: 1_000_000_000 }),
-        make: caustic_sphere::caustic_sphere,
+        make: Make::Whole(caustic_sphere::caustic_sphere),
     },
-    Demo { name: "city", sizes: Some(Sizes { least: 200_000, most: 20_000_000_000 }), make: city::city },
-    Demo { name: "cornell", sizes: None, make: cornell::cornell },
-    Demo { name: "plant", sizes: Some(Sizes { least: 400_000, most: 1_000_000_000 }), make: plant::plant },
-    Demo { name: "statue", sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }), make: statue::statue },
-    Demo { name: "still-life", sizes: None, make: still_life::still_life },
+    Demo {
+        name: "city",
+        sizes: Some(Sizes { least: 200_000, most: 20_000_000_000 }),
+        make: Make::Whole(city::city),
+    },
+    Demo { name: "cornell", sizes: None, make: Make::Whole(cornell::cornell) },
+    Demo {
+        name: "plant",
+        sizes: Some(Sizes { least: 400_000, most: 1_000_000_000 }),
+        make: Make::Whole(plant::plant),
+    },
+    Demo {
+        name: "statue",
+        sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
+        make: Make::Whole(statue::statue),
+    },
+    Demo { name: "still-life", sizes: None, make: Make::Whole(still_life::still_life) },
     Demo {
         name: "terrain",
         sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
-        make: terrain::terrain,
+        make: Make::Pieces(terrain::terrain),
     },
 ];
 
@@ -78,7 +98,10 @@ pub fn names() -> Vec<&'static str> {
 /// # Errors
 /// No demo has this name, or it cannot be made with so many triangles.
 pub fn by_name(name: &str, options: &GenerateOptions) -> Result<SceneDesc, SceneError> {
-    Ok((find(name, options)?.make)(options))
+    match find(name, options)?.make {
+        Make::Whole(make) => Ok(make(options)),
+        Make::Pieces(make) => make(options).collect(),
+    }
 }
 
 /// Makes the demo scene `name` mesh by mesh.
@@ -86,7 +109,10 @@ pub fn by_name(name: &str, options: &GenerateOptions) -> Result<SceneDesc, Scene
 /// # Errors
 /// No demo has this name, or it cannot be made with so many triangles.
 pub fn stream(name: &str, options: &GenerateOptions) -> Result<SceneStream, SceneError> {
-    Ok(by_name(name, options)?.into())
+    match find(name, options)?.make {
+        Make::Whole(make) => Ok(make(options).into()),
+        Make::Pieces(make) => Ok(make(options)),
+    }
 }
 
 /// The demo `name`, if it can be made with these options.

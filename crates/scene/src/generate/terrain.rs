@@ -1,26 +1,28 @@
 //! Mountains of any number of triangles: ridged noise worn by its own slope, coloured by height and steepness.
 //!
-//! The surface is a function of the place alone, so that every row of the grid is made by itself: memory is the mesh.
+//! The surface is a function of the place alone, so that every tile of the grid is made by itself. Neighbouring tiles
+//! have equal vertices along their border, and keep them when each is snapped to its own lattice: all vertices are on
+//! the lattice of the whole square already, and a smaller mesh's lattice holds the points of a larger one's.
 
 use super::noise::{fbm, noise, ridged, smoothstep};
 use super::palette::{srgb, stone};
 use super::{GenerateOptions, builder::Builder};
-use crate::{Camera, Environment, Mesh, Part, SceneDesc, Sky};
-use rayon::prelude::*;
-use vastlight_math::{Affine3, Vec2, Vec3, Vec4, real::sin_cos};
+use crate::{Camera, Environment, Lattice, Mesh, Part, Piece, SceneStream, Sky, read_ahead};
+use std::ops::Range;
+use vastlight_math::{Vec2, Vec3, real::sin_cos};
 
 /// Edge of the square in metres.
 const EDGE: f32 = 6000.0;
 /// Highest summit above the valleys, about.
 const HEIGHT: f32 = 1500.0;
+/// Cells along the edge of the largest tile.
+const TILE: u32 = 512;
 
 /// The scene.
-pub(super) fn terrain(options: &GenerateOptions) -> SceneDesc {
+pub(super) fn terrain(options: &GenerateOptions) -> SceneStream {
     let mut b = Builder::default();
     let ground = b.material(stone("ground", Vec3::ONE, 0.85));
-    let triangles = options.triangles.unwrap_or(2_000_000);
-    b.desc.meshes.push(mesh(triangles, ground, options.seed as u32));
-    b.place(0, Affine3::IDENTITY);
+    b.desc.names.push("terrain".into());
     b.desc.environment = Some(Environment::Sky(Sky {
         sun_azimuth: 1.95,
         sun_elevation: 0.40,
@@ -30,7 +32,18 @@ pub(super) fn terrain(options: &GenerateOptions) -> SceneDesc {
         sun_disc: true,
     }));
     b.desc.cameras.push(camera(options.seed as u32));
-    b.desc
+    let grid = Grid::new(options.triangles.unwrap_or(2_000_000), ground, options.seed as u32);
+    let tiles = grid.tiles();
+    let pieces = read_ahead(0..tiles[0] * tiles[1], rayon::current_num_threads() + 1, move |tile| {
+        let (across, along) = (tile % tiles[0], tile / tiles[0]);
+        let part = |cells: u32, n: u32, i: u32| {
+            let at = |i: u32| (u64::from(cells) * u64::from(i) / u64::from(n)) as u32;
+            at(i)..at(i + 1)
+        };
+        let mesh = grid.tile(part(grid.columns, tiles[0], across), part(grid.rows, tiles[1], along));
+        Ok(Piece::placed(mesh, 0))
+    });
+    SceneStream { desc: b.desc, pieces, triangles: Some(grid.triangles()) }
 }
 
 /// Stands above a slope at the near edge and looks over the valley.
@@ -48,52 +61,91 @@ fn cells(triangles: u64) -> (u32, u32) {
     (columns as u32, rows as u32)
 }
 
-fn mesh(triangles: u64, material: u32, seed: u32) -> Mesh {
-    let (columns, rows) = cells(triangles);
-    let stride = columns as usize + 1;
-    let count = stride * (rows as usize + 1);
-    let mut mesh = Mesh {
-        name: "terrain".into(),
-        positions: vec![Vec3::ZERO; count],
-        normals: vec![Vec3::ZERO; count],
-        colors: vec![Vec4::ZERO; count],
-        triangles: vec![[0; 3]; 2 * columns as usize * rows as usize],
-        parts: vec![Part { first_triangle: 0, material }],
-        ..Mesh::default()
-    };
-    let step = EDGE / columns.max(rows) as f32;
-    let octaves = octaves(step);
-    let place = |i: usize, j: usize| {
-        let (u, v) = (i as f32 / columns as f32 - 0.5, j as f32 / rows as f32 - 0.5);
-        Vec2::new(u * EDGE, v * EDGE)
-    };
-    mesh.positions.par_chunks_mut(stride).enumerate().for_each(|(j, row)| {
-        for (i, p) in row.iter_mut().enumerate() {
-            let at = place(i, j);
-            *p = Vec3::new(at.x, height(at, seed, octaves), at.y);
+/// The whole square.
+#[derive(Clone, Copy, Debug)]
+struct Grid {
+    columns: u32,
+    rows: u32,
+    octaves: u32,
+    lattice: Lattice,
+    material: u32,
+    seed: u32,
+}
+
+impl Grid {
+    fn new(triangles: u64, material: u32, seed: u32) -> Self {
+        let (columns, rows) = cells(triangles);
+        let octaves = octaves(EDGE / columns.max(rows) as f32);
+        // Summits stay below half the edge, so no tile's own lattice is coarser.
+        Self { columns, rows, octaves, lattice: Lattice::for_extent(EDGE * 0.5), material, seed }
+    }
+
+    fn triangles(&self) -> u64 {
+        2 * u64::from(self.columns) * u64::from(self.rows)
+    }
+
+    /// Numbers of tiles along both axes.
+    fn tiles(&self) -> [u32; 2] {
+        [self.columns, self.rows].map(|cells| cells.div_ceil(TILE))
+    }
+
+    /// The surface at a vertex of the grid, not snapped.
+    fn position(&self, column: u32, row: u32) -> Vec3 {
+        let (u, v) = (column as f32 / self.columns as f32 - 0.5, row as f32 / self.rows as f32 - 0.5);
+        let at = Vec2::new(u * EDGE, v * EDGE);
+        Vec3::new(at.x, height(at, self.seed, self.octaves), at.y)
+    }
+
+    /// The mesh of these cells. A rim of one more vertex around them gives the normals.
+    fn tile(&self, columns: Range<u32>, rows: Range<u32>) -> Mesh {
+        let rim =
+            |cells: &Range<u32>, last: u32| cells.start.saturating_sub(1)..(cells.end + 1).min(last) + 1;
+        let (rim_columns, rim_rows) = (rim(&columns, self.columns), rim(&rows, self.rows));
+        let positions: Vec<Vec3> = rim_rows
+            .clone()
+            .flat_map(|row| rim_columns.clone().map(move |column| (column, row)))
+            .map(|(column, row)| self.position(column, row))
+            .collect();
+        let at = |column: u32, row: u32| {
+            let column = column.clamp(rim_columns.start, rim_columns.end - 1) - rim_columns.start;
+            let row = row.clamp(rim_rows.start, rim_rows.end - 1) - rim_rows.start;
+            positions[row as usize * rim_columns.len() + column as usize]
+        };
+        let count = (columns.len() + 1) * (rows.len() + 1);
+        let mut mesh = Mesh {
+            name: "terrain".into(),
+            positions: Vec::with_capacity(count),
+            normals: Vec::with_capacity(count),
+            colors: Vec::with_capacity(count),
+            triangles: cell_triangles(columns.len() as u32, rows.len() as u32),
+            parts: vec![Part { first_triangle: 0, material: self.material }],
+            ..Mesh::default()
+        };
+        for j in rows.start..=rows.end {
+            for i in columns.start..=columns.end {
+                let along_x = at(i + 1, j) - at(i.saturating_sub(1), j);
+                let along_z = at(i, j + 1) - at(i, j.saturating_sub(1));
+                let normal = along_z.cross(along_x).normalize();
+                mesh.positions.push(self.lattice.snap(at(i, j)));
+                mesh.normals.push(normal);
+                mesh.colors.push(color(at(i, j), normal, self.seed).extend(1.0));
+            }
         }
-    });
-    let positions = &mesh.positions;
-    let attributes = mesh.normals.par_chunks_mut(stride).zip(mesh.colors.par_chunks_mut(stride));
-    attributes.enumerate().for_each(|(j, (normals, colors))| {
-        let at = |i: usize, j: usize| positions[j.min(rows as usize) * stride + i.min(columns as usize)];
-        for i in 0..stride {
-            let along_x = at(i + 1, j) - at(i.saturating_sub(1), j);
-            let along_z = at(i, j + 1) - at(i, j.saturating_sub(1));
-            normals[i] = along_z.cross(along_x).normalize();
-            colors[i] = color(at(i, j), normals[i], seed).extend(1.0);
+        mesh
+    }
+}
+
+/// Two triangles a cell, row by row.
+fn cell_triangles(columns: u32, rows: u32) -> Vec<[u32; 3]> {
+    let stride = columns + 1;
+    let mut triangles = Vec::with_capacity(2 * columns as usize * rows as usize);
+    for row in 0..rows {
+        for a in row * stride..row * stride + columns {
+            let below = a + stride;
+            triangles.extend([[a, below, below + 1], [a, below + 1, a + 1]]);
         }
-    });
-    let rows_of_triangles = mesh.triangles.par_chunks_mut(2 * columns as usize).enumerate();
-    rows_of_triangles.for_each(|(j, row)| {
-        for (i, pair) in row.chunks_exact_mut(2).enumerate() {
-            let a = (j * stride + i) as u32;
-            let below = a + stride as u32;
-            pair[0] = [a, below, below + 1];
-            pair[1] = [a, below + 1, a + 1];
-        }
-    });
-    mesh
+    }
+    triangles
 }
 
 /// Octaves whose features a grid of this step can show.
@@ -143,4 +195,63 @@ fn color(p: Vec3, normal: Vec3, seed: u32) -> Vec3 {
     let loose = smoothstep(0.42, 0.25, steep) * smoothstep(0.2, 0.45, h);
     let snow = smoothstep(0.58, 0.74, h) * smoothstep(0.5, 0.32, steep);
     rock.lerp(scree, loose * 0.6).lerp(meadow, green).lerp(Vec3::splat(0.86), snow)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Scene, SceneDesc};
+    use std::collections::BTreeSet;
+
+    /// Vertices of a tile on one of its sides, after its own lattice.
+    fn border(mesh: Mesh, side: impl Fn(Vec3) -> bool) -> BTreeSet<[u32; 3]> {
+        let scene = Scene::new(SceneDesc { meshes: vec![mesh], ..SceneDesc::default() }).expect("valid");
+        let positions = scene.meshes()[0].positions.iter().filter(|&&p| side(p));
+        positions.map(|p| p.to_array().map(f32::to_bits)).collect()
+    }
+
+    #[test]
+    fn tiles_meet_exactly_after_each_was_snapped_to_its_own_lattice() {
+        let mut grid = Grid::new(2_000_000_000, 0, 5);
+        let middle = grid.columns / 2;
+        // The tile to the right of x = 2048 has a lattice of its own that is coarser than that to the left.
+        let seam = ((2048.0 / EDGE + 0.5) * grid.columns as f32) as u32;
+        let places = [(seam, middle), (middle, middle), (40, middle), (middle + 9, grid.rows - 20)];
+        for (fine, expect_equal) in [(false, true), (true, false)] {
+            if fine {
+                grid.lattice = Lattice { step: grid.lattice.step / 64.0 };
+            }
+            let equal = places.iter().all(|&(i, j)| {
+                let seam = grid.lattice.snap(grid.position(i, j)).x;
+                let near = |p: Vec3| (p.x - seam).abs() < 0.02;
+                let (left, right) = (grid.tile(i - 9..i, j..j + 9), grid.tile(i..i + 5, j..j + 9));
+                let (left, right) = (border(left, near), border(right, near));
+                assert_eq!((left.len(), right.len()), (10, 10));
+                left == right
+            });
+            assert_eq!(equal, expect_equal);
+        }
+    }
+
+    #[test]
+    fn tiles_cover_the_grid_once() {
+        let triangles = 3 * 600 * 600 * 2;
+        let options = GenerateOptions { triangles: Some(triangles), seed: 1 };
+        let stream = terrain(&options);
+        let expected = stream.triangles.expect("known");
+        let (mut made, mut area) = (0, 0.0);
+        for piece in stream.pieces {
+            let mesh = piece.expect("made").mesh;
+            made += mesh.triangles.len() as u64;
+            area += (0..mesh.triangles.len() as u32)
+                .map(|t| {
+                    let [a, b, c] = mesh.corners(t);
+                    f64::from((b - a).cross(c - a).y) * 0.5
+                })
+                .sum::<f64>();
+        }
+        assert_eq!(made, expected);
+        let square = f64::from(EDGE) * f64::from(EDGE);
+        assert!((area / square - 1.0).abs() < 1e-6, "{area}");
+    }
 }

@@ -89,7 +89,7 @@ fn the_triangle_count_is_met() {
             [sizes.least, sizes.least * 3 / 2 + 123, 300_001].into_iter().filter(|&n| n >= sizes.least)
         {
             let options = GenerateOptions { triangles: Some(wanted), seed: 0 };
-            let made = instanced_triangles(&(demo.make)(&options));
+            let made = instanced_triangles(&by_name(demo.name, &options).expect("in range"));
             assert!(made.abs_diff(wanted) * 100 <= wanted, "{}: {made} for {wanted}", demo.name);
         }
     }
