@@ -13,6 +13,7 @@ mod cornell;
 mod extrude;
 mod lathe;
 mod noise;
+mod noise_lanes;
 mod palette;
 mod plant;
 mod shape;

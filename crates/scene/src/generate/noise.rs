@@ -2,12 +2,11 @@
 
 use vastlight_math::Vec3;
 
-/// A hash of a lattice point.
-fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
-    let mut h = (x as u32).wrapping_mul(0x8da6_b343)
-        ^ (y as u32).wrapping_mul(0xd816_3841)
-        ^ (z as u32).wrapping_mul(0xcb1a_b31f)
-        ^ seed.wrapping_mul(0x9e37_79b9);
+/// Multipliers of a lattice point's coordinates and of the seed in its hash.
+pub(super) const PRIMES: [u32; 4] = [0x8da6_b343, 0xd816_3841, 0xcb1a_b31f, 0x9e37_79b9];
+
+/// Mixes the sum of a lattice point's products with [`PRIMES`].
+pub(super) const fn mixed(mut h: u32) -> u32 {
     h ^= h >> 15;
     h = h.wrapping_mul(0x2c1b_3c6d);
     h ^= h >> 12;
@@ -15,41 +14,49 @@ fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
     h ^ h >> 15
 }
 
-/// Dot product of `d` with one of the twelve edge directions of a cube.
-fn gradient(h: u32, d: Vec3) -> f32 {
-    let u = if h & 8 == 0 { d.x } else { d.y };
-    let v = if h & 12 == 0 {
-        d.y
-    } else if h & 13 == 12 {
-        d.x
-    } else {
-        d.z
-    };
-    (if h & 1 == 0 { u } else { -u }) + (if h & 2 == 0 { v } else { -v })
+/// Dot product of (x, y, z) with one of the twelve edge directions of a cube.
+pub(super) fn gradient(h: u32, x: f32, y: f32, z: f32) -> f32 {
+    let u = if h & 8 == 0 { x } else { y };
+    let other = if h & 13 == 12 { x } else { z };
+    let v = if h & 12 == 0 { y } else { other };
+    // The lowest bits of the hash are signs.
+    f32::from_bits(u.to_bits() ^ h << 31) + f32::from_bits(v.to_bits() ^ (h & 2) << 30)
 }
 
-fn fade(t: f32) -> f32 {
+/// The largest integer not above `x`, for |x| < 2^31; `f32::floor` is a call where the processor is not known.
+pub(super) fn floor(x: f32) -> i32 {
+    let cut = x as i32;
+    cut - i32::from(x < cut as f32)
+}
+
+pub(super) fn fade(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
 /// Smooth noise of about [-1, 1] with features of size 1.
 pub(super) fn noise(p: Vec3, seed: u32) -> f32 {
-    let cell = p.floor();
-    let d = p - cell;
-    let (x, y, z) = (cell.x as i32, cell.y as i32, cell.z as i32);
-    let corner = |i: i32, j: i32, k: i32| {
-        let h = hash(x.wrapping_add(i), y.wrapping_add(j), z.wrapping_add(k), seed);
-        gradient(h, d - Vec3::new(i as f32, j as f32, k as f32))
-    };
+    let cell = p.to_array().map(floor);
+    let d = p - Vec3::from_array(cell.map(|c| c as f32));
+    // Hashes of the two coordinates of the corners along each axis, then the eight corners side by side.
+    let hash = |axis: usize, step: i32| (cell[axis].wrapping_add(step) as u32).wrapping_mul(PRIMES[axis]);
+    let (x, y, z) = ([hash(0, 0), hash(0, 1)], [hash(1, 0), hash(1, 1)], [hash(2, 0), hash(2, 1)]);
+    let seed = seed.wrapping_mul(PRIMES[3]);
+    let (dx, dy, dz) = ([d.x, d.x - 1.0], [d.y, d.y - 1.0], [d.z, d.z - 1.0]);
+    let mut corners = [0.0; 8];
+    for (i, corner) in corners.iter_mut().enumerate() {
+        let h = mixed(x[i & 1] ^ y[i >> 1 & 1] ^ z[i >> 2] ^ seed);
+        *corner = gradient(h, dx[i & 1], dy[i >> 1 & 1], dz[i >> 2]);
+    }
     let (u, v, w) = (fade(d.x), fade(d.y), fade(d.z));
     let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
-    let low = mix(mix(corner(0, 0, 0), corner(1, 0, 0), u), mix(corner(0, 1, 0), corner(1, 1, 0), u), v);
-    let high = mix(mix(corner(0, 0, 1), corner(1, 0, 1), u), mix(corner(0, 1, 1), corner(1, 1, 1), u), v);
+    let c = corners;
+    let low = mix(mix(c[0], c[1], u), mix(c[2], c[3], u), v);
+    let high = mix(mix(c[4], c[5], u), mix(c[6], c[7], u), v);
     mix(low, high, w)
 }
 
 /// The octaves of a fractal sum are turned against each other, so that no lattice direction shows.
-fn next_octave(p: Vec3) -> Vec3 {
+pub(super) fn next_octave(p: Vec3) -> Vec3 {
     Vec3::new(
         1.6 * p.y + 1.2 * p.z,
         -1.6 * p.x + 0.72 * p.y - 0.96 * p.z,
@@ -62,21 +69,6 @@ pub(super) fn fbm(mut p: Vec3, octaves: u32, gain: f32, seed: u32) -> f32 {
     let (mut sum, mut height, mut total) = (0.0, 1.0, 0.0);
     for octave in 0..octaves {
         sum += height * noise(p, seed.wrapping_add(octave));
-        total += height;
-        height *= gain;
-        p = next_octave(p);
-    }
-    sum / total
-}
-
-/// Ridged noise (Musgrave): crests where the noise crosses zero, each octave where the last one was high; [0, 1].
-pub(super) fn ridged(mut p: Vec3, octaves: u32, gain: f32, seed: u32) -> f32 {
-    let (mut sum, mut height, mut total, mut weight) = (0.0, 1.0, 0.0, 1.0_f32);
-    for octave in 0..octaves {
-        let crest = 1.0 - noise(p, seed.wrapping_add(octave)).abs();
-        let crest = crest * crest * weight;
-        weight = (crest * 1.8).clamp(0.0, 1.0);
-        sum += height * crest;
         total += height;
         height *= gain;
         p = next_octave(p);

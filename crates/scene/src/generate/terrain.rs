@@ -4,12 +4,13 @@
 //! have equal vertices along their border, and keep them when each is snapped to its own lattice: all vertices are on
 //! the lattice of the whole square already, and a smaller mesh's lattice holds the points of a larger one's.
 
-use super::noise::{fbm, noise, ridged, smoothstep};
+use super::noise::smoothstep;
+use super::noise_lanes::{LANES, Lanes, Points, fbm, noise, ridged};
 use super::palette::{srgb, stone};
 use super::{GenerateOptions, builder::Builder};
 use crate::{Camera, Environment, Lattice, Mesh, Part, Piece, SceneStream, Sky, read_ahead};
 use std::ops::Range;
-use vastlight_math::{Vec2, Vec3, real::sin_cos};
+use vastlight_math::{Vec2, Vec3, Vec4, real::sin_cos};
 
 /// Edge of the square in metres.
 const EDGE: f32 = 6000.0;
@@ -49,7 +50,7 @@ pub(super) fn terrain(options: &GenerateOptions) -> SceneStream {
 /// Stands above a slope at the near edge and looks over the valley.
 fn camera(seed: u32) -> Camera {
     let at = Vec2::new(valley_line(EDGE * 0.45) + 260.0, EDGE * 0.45);
-    let eye = Vec3::new(at.x, height(at, seed, 8) + 230.0, at.y);
+    let eye = Vec3::new(at.x, heights([at; LANES], seed, 8)[0] + 230.0, at.y);
     Camera::look_at("overlook", eye, Vec3::new(-60.0, eye.y + 30.0, -1200.0), 36_f32.to_radians())
 }
 
@@ -89,11 +90,18 @@ impl Grid {
         [self.columns, self.rows].map(|cells| cells.div_ceil(TILE))
     }
 
-    /// The surface at a vertex of the grid, not snapped.
-    fn position(&self, column: u32, row: u32) -> Vec3 {
-        let (u, v) = (column as f32 / self.columns as f32 - 0.5, row as f32 / self.rows as f32 - 0.5);
-        let at = Vec2::new(u * EDGE, v * EDGE);
-        Vec3::new(at.x, height(at, self.seed, self.octaves), at.y)
+    /// The surface at vertices of a row of the grid, not snapped.
+    fn positions(&self, columns: Range<u32>, row: u32, positions: &mut Vec<Vec3>) {
+        for first in columns.clone().step_by(LANES) {
+            let at: [Vec2; LANES] = std::array::from_fn(|i| {
+                let column = (first + i as u32).min(columns.end - 1);
+                let (u, v) = (column as f32 / self.columns as f32 - 0.5, row as f32 / self.rows as f32 - 0.5);
+                Vec2::new(u * EDGE, v * EDGE)
+            });
+            let heights = heights(at, self.seed, self.octaves);
+            let found = at.iter().zip(heights).map(|(at, height)| Vec3::new(at.x, height, at.y));
+            positions.extend(found.take((columns.end - first) as usize));
+        }
     }
 
     /// The mesh of these cells. A rim of one more vertex around them gives the normals.
@@ -101,16 +109,16 @@ impl Grid {
         let rim =
             |cells: &Range<u32>, last: u32| cells.start.saturating_sub(1)..(cells.end + 1).min(last) + 1;
         let (rim_columns, rim_rows) = (rim(&columns, self.columns), rim(&rows, self.rows));
-        let positions: Vec<Vec3> = rim_rows
-            .clone()
-            .flat_map(|row| rim_columns.clone().map(move |column| (column, row)))
-            .map(|(column, row)| self.position(column, row))
-            .collect();
+        let mut positions = Vec::with_capacity(rim_columns.len() * rim_rows.len());
+        for row in rim_rows.clone() {
+            self.positions(rim_columns.clone(), row, &mut positions);
+        }
         let at = |column: u32, row: u32| {
             let column = column.clamp(rim_columns.start, rim_columns.end - 1) - rim_columns.start;
             let row = row.clamp(rim_rows.start, rim_rows.end - 1) - rim_rows.start;
             positions[row as usize * rim_columns.len() + column as usize]
         };
+        let paints = Paints::new();
         let count = (columns.len() + 1) * (rows.len() + 1);
         let mut mesh = Mesh {
             name: "terrain".into(),
@@ -128,8 +136,10 @@ impl Grid {
                 let normal = along_z.cross(along_x).normalize();
                 mesh.positions.push(self.lattice.snap(at(i, j)));
                 mesh.normals.push(normal);
-                mesh.colors.push(color(at(i, j), normal, self.seed).extend(1.0));
             }
+        }
+        for (positions, normals) in mesh.positions.chunks(LANES).zip(mesh.normals.chunks(LANES)) {
+            mesh.colors.extend(&colors(&paints, positions, normals, self.seed)[..positions.len()]);
         }
         mesh
     }
@@ -154,19 +164,22 @@ fn octaves(step: f32) -> u32 {
     (vastlight_math::real::ln(finest.max(2.0)) / std::f32::consts::LN_2).ceil().clamp(5.0, 14.0) as u32
 }
 
-/// Height above the lowest valley in metres.
-fn height(at: Vec2, seed: u32, octaves: u32) -> f32 {
-    let p = Vec3::new(at.x, 0.0, at.y) / 2100.0;
-    let bend = Vec3::new(
-        fbm(p * 1.3, 3, 0.5, seed ^ 0xa1),
-        0.0,
-        fbm(p * 1.3 + Vec3::splat(7.7), 3, 0.5, seed ^ 0xb2),
-    );
-    let p = p + bend * 0.28 + Vec3::Y * 0.37;
-    let massif = massif(at) * (0.82 + 0.3 * noise(p * 0.9, seed ^ 0xc3));
+/// Heights above the lowest valley in metres.
+fn heights(at: [Vec2; LANES], seed: u32, octaves: u32) -> Lanes {
+    let p = Points::new(at.map(|at| Vec3::new(at.x, 0.0, at.y) / 2100.0));
+    let bend_x = fbm(p.map(|p| p * 1.3), 3, 0.5, seed ^ 0xa1);
+    let bend_z = fbm(p.map(|p| p * 1.3 + Vec3::splat(7.7)), 3, 0.5, seed ^ 0xb2);
+    let p = p.map_each(|i, p| p + Vec3::new(bend_x[i], 0.0, bend_z[i]) * 0.28 + Vec3::Y * 0.37);
+    let massifs = noise(&p.map(|p| p * 0.9), seed ^ 0xc3);
     let crests = ridged(p, octaves, 0.47, seed);
-    let valley = 0.06 + 0.05 * fbm(p * 3.0, 4, 0.5, seed ^ 0xd4);
-    HEIGHT * (valley + massif * (crests * 1.15 - 0.08).max(0.0))
+    let valleys = fbm(p.map(|p| p * 3.0), 4, 0.5, seed ^ 0xd4);
+    let mut heights = [0.0; LANES];
+    for (i, height) in heights.iter_mut().enumerate() {
+        let massif = massif(at[i]) * (0.82 + 0.3 * massifs[i]);
+        let valley = 0.06 + 0.05 * valleys[i];
+        *height = HEIGHT * (valley + massif * (crests[i] * 1.15 - 0.08).max(0.0));
+    }
+    heights
 }
 
 /// How much of a mountain stands here: a valley winds towards the viewer from a wall at its end.
@@ -182,19 +195,44 @@ fn valley_line(z: f32) -> f32 {
     420.0 * sin_cos(z / 780.0).0
 }
 
-/// Meadow, scree, rock and snow.
-fn color(p: Vec3, normal: Vec3, seed: u32) -> Vec3 {
-    let patch = fbm(p / 160.0, 4, 0.55, seed ^ 0xe5);
-    let h = p.y / HEIGHT + 0.07 * patch;
-    let steep = 1.0 - normal.y;
-    let strata = 0.5 + 0.5 * noise(Vec3::new(p.x / 900.0, p.y / 26.0, p.z / 900.0), seed ^ 0xf6);
-    let rock = srgb(0x7d7064).lerp(srgb(0x544c46), strata) * (1.0 + 0.3 * patch);
-    let meadow = srgb(0x5f6a35).lerp(srgb(0x8a7d48), smoothstep(-0.3, 0.4, patch));
-    let scree = srgb(0x8f857a);
+/// Colours of the ground.
+struct Paints {
+    rock: [Vec3; 2],
+    meadow: [Vec3; 2],
+    scree: Vec3,
+}
+
+impl Paints {
+    fn new() -> Self {
+        Self {
+            rock: [srgb(0x7d7064), srgb(0x544c46)],
+            meadow: [srgb(0x5f6a35), srgb(0x8a7d48)],
+            scree: srgb(0x8f857a),
+        }
+    }
+}
+
+/// Meadow, scree, rock and snow at up to eight places.
+fn colors(paints: &Paints, positions: &[Vec3], normals: &[Vec3], seed: u32) -> [Vec4; LANES] {
+    let last = positions.len() - 1;
+    let p = Points::new(std::array::from_fn(|i| positions[i.min(last)]));
+    let patches = fbm(p.map(|p| p / 160.0), 4, 0.55, seed ^ 0xe5);
+    let strata = noise(&p.map(|p| p / Vec3::new(900.0, 26.0, 900.0)), seed ^ 0xf6);
+    std::array::from_fn(|i| {
+        color(paints, positions[i.min(last)].y, normals[i.min(last)].y, patches[i], strata[i])
+    })
+}
+
+/// The colour at a height where the normal has this upward component; `patch` and `strata` are noise.
+fn color(paints: &Paints, height: f32, up: f32, patch: f32, strata: f32) -> Vec4 {
+    let h = height / HEIGHT + 0.07 * patch;
+    let steep = 1.0 - up;
+    let rock = paints.rock[0].lerp(paints.rock[1], 0.5 + 0.5 * strata) * (1.0 + 0.3 * patch);
+    let meadow = paints.meadow[0].lerp(paints.meadow[1], smoothstep(-0.3, 0.4, patch));
     let green = smoothstep(0.40, 0.20, h) * smoothstep(0.34, 0.16, steep);
     let loose = smoothstep(0.42, 0.25, steep) * smoothstep(0.2, 0.45, h);
     let snow = smoothstep(0.58, 0.74, h) * smoothstep(0.5, 0.32, steep);
-    rock.lerp(scree, loose * 0.6).lerp(meadow, green).lerp(Vec3::splat(0.86), snow)
+    rock.lerp(paints.scree, loose * 0.6).lerp(meadow, green).lerp(Vec3::splat(0.86), snow).extend(1.0)
 }
 
 #[cfg(test)]
@@ -222,7 +260,9 @@ mod tests {
                 grid.lattice = Lattice { step: grid.lattice.step / 64.0 };
             }
             let equal = places.iter().all(|&(i, j)| {
-                let seam = grid.lattice.snap(grid.position(i, j)).x;
+                let mut vertex = Vec::new();
+                grid.positions(i..i + 1, j, &mut vertex);
+                let seam = grid.lattice.snap(vertex[0]).x;
                 let near = |p: Vec3| (p.x - seam).abs() < 0.02;
                 let (left, right) = (grid.tile(i - 9..i, j..j + 9), grid.tile(i..i + 5, j..j + 9));
                 let (left, right) = (border(left, near), border(right, near));
