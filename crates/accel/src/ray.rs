@@ -7,7 +7,7 @@
 //! difference being more than their own rounding. So whatever boxes a tree has over the parts of a triangle, as long
 //! as the parts cover it, one of them contains the hit's `t` between where the ray enters and where it leaves.
 
-use vastlight_math::Vec3;
+use vastlight_math::{Aabb, Vec3};
 use vastlight_simd::Simd8;
 
 /// Half a unit in the last place of 1.
@@ -42,6 +42,16 @@ pub struct BoxRay {
     pub enters_by_upper: [usize; 3],
     /// How much wider than they are boxes are taken, on each side.
     pub margin: f32,
+}
+
+impl BoxRay {
+    /// Where the ray enters a box, margin included.
+    #[must_use]
+    pub fn enter(&self, bounds: &Aabb) -> f32 {
+        let near = |axis: usize| if self.enters_by_upper[axis] == 1 { bounds.max[axis] } else { bounds.min[axis] };
+        let slab = |axis: usize| near(axis) * self.reciprocal[axis] - self.near_offset[axis];
+        slab(0).max(slab(1)).max(slab(2))
+    }
 }
 
 /// A ray in a space, its direction scaled by a power of two so that no product under- or overflows.

@@ -4,9 +4,10 @@ mod common;
 
 use common::{Soup, inputs};
 use vastlight_accel::build::NAMES;
-use vastlight_accel::compact::{CompactError, CompactMesh, Page};
-use vastlight_accel::wide::{ChildRef, Leaf};
+use vastlight_accel::compact::{CompactError, CompactMesh, PackedPage, Page, SLACK};
+use vastlight_accel::wide::{ChildRef, Leaf, MeshBvh};
 use vastlight_math::Vec3;
+use vastlight_paging::Table;
 use vastlight_simd::{Kernel, Level, Simd8};
 
 /// Triangles whose corners are moved to a lattice of 23 bits.
@@ -34,6 +35,25 @@ fn sheet(side: usize) -> Soup {
     }
 }
 
+/// A mesh and its pages.
+struct Packed {
+    compact: CompactMesh,
+    pages: Vec<PackedPage>,
+    memory: Table,
+}
+
+impl Packed {
+    fn new(mesh: &MeshBvh, slot: usize) -> Self {
+        let (compact, pages) = CompactMesh::pack(mesh, slot).expect("packed");
+        let memory = Table::resident(pages.iter().map(|page| &page.bytes[..]), SLACK);
+        Self { compact, pages, memory }
+    }
+
+    fn bytes(&self) -> usize {
+        self.compact.bytes() + self.memory.bytes()
+    }
+}
+
 #[test]
 fn pages_of_any_size_hold_what_the_wide_tree_holds() {
     for (input, triangles) in inputs() {
@@ -43,17 +63,18 @@ fn pages_of_any_size_hold_what_the_wide_tree_holds() {
             let wide = soup.build(name);
             let whole = wide.validate(&soup.view()).expect("sound");
             for slot in [1 << 10, 1 << 13, CompactMesh::SLOT, 1 << 20] {
-                let compact =
-                    CompactMesh::new(&wide, slot).unwrap_or_else(|e| panic!("{name}, {input}: {e}"));
+                let Packed { compact, pages, memory } = Packed::new(&wide, slot);
                 let report = compact
-                    .validate(&soup.view())
+                    .validate(|page| memory.page(page).map(Page::new), &soup.view())
                     .unwrap_or_else(|violation| panic!("{name}, {input}, {slot}: {violation}"));
                 assert_eq!(
                     (report.leaves, report.references, report.largest_leaf),
                     (whole.leaves, whole.references, whole.largest_leaf),
                     "{name}, {input}, {slot}"
                 );
-                assert!(compact.shares().sum() <= compact.pages() * slot);
+                assert!(pages.iter().all(|page| page.bytes.len() <= slot));
+                let triangles: usize = pages.iter().map(|page| page.triangles.len()).sum();
+                assert_eq!(triangles, whole.references);
             }
         }
     }
@@ -62,28 +83,27 @@ fn pages_of_any_size_hold_what_the_wide_tree_holds() {
 #[test]
 fn shared_vertices_are_stored_once_in_few_bits() {
     let soup = sheet(200);
-    let compact = CompactMesh::new(&soup.build(""), CompactMesh::SLOT).expect("packed");
-    compact.validate(&soup.view()).expect("sound");
+    let packed = Packed::new(&soup.build(""), CompactMesh::SLOT);
     let of_a_triangle = |bytes: usize| bytes as f64 / soup.triangles.len() as f64;
-    let shares = compact.shares();
+    let shares = packed.compact.shares;
     // Coordinates are small integers, and 64ths of them: some three bytes a vertex.
     assert!(of_a_triangle(shares.vertices) < 2.5, "{shares:?}");
-    assert!(of_a_triangle(compact.bytes()) < 12.0, "{shares:?}");
-    assert!(compact.bytes() * 4 < soup.build("").bytes());
+    assert!(of_a_triangle(packed.bytes()) < 12.0, "{shares:?}");
+    assert!(packed.bytes() * 4 < soup.build("").bytes());
 }
 
 #[test]
 fn small_pages_are_full() {
     let soup = snapped(&inputs().into_iter().find(|input| input.0 == "many").expect("an input").1);
-    let compact = CompactMesh::new(&soup.build(""), 1 << 14).expect("packed");
-    assert!(compact.shares().sum() * 100 > compact.pages() * (1 << 14) * 85, "{} pages", compact.pages());
+    let Packed { compact, pages, .. } = Packed::new(&soup.build(""), 1 << 14);
+    assert!(compact.shares.sum() * 100 > pages.len() * (1 << 14) * 85, "{} pages", pages.len());
 }
 
 #[test]
 fn meshes_off_the_lattice_and_pages_too_small_are_errors() {
     let mut soup = snapped(&[[Vec3::ZERO, Vec3::X, Vec3::Y]]);
     soup.positions[0].x = 1e-20;
-    let refused = |soup: &Soup, slot| CompactMesh::new(&soup.build(""), slot).err();
+    let refused = |soup: &Soup, slot| CompactMesh::pack(&soup.build(""), slot).err();
     assert_eq!(refused(&soup, 4096), Some(CompactError::Lattice { triangle: 0 }));
     assert_eq!(refused(&sheet(20), 64), Some(CompactError::Slot { bytes: 64 }));
 }
@@ -113,8 +133,8 @@ impl Kernel for ReadAll<'_> {
 #[test]
 fn damaged_pages_are_read_without_harm() {
     let soup = sheet(60);
-    let compact = CompactMesh::new(&soup.build(""), 1 << 13).expect("packed");
-    let sound = compact.page_bytes(1).expect("a page").to_vec();
+    let packed = Packed::new(&soup.build(""), 1 << 13);
+    let sound = packed.memory.page(1).expect("a page").to_vec();
     let mut state = 5_u32;
     let mut random = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

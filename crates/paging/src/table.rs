@@ -44,9 +44,9 @@ impl Table {
 
     /// A table with all of `pages` in memory, with `slack` zeros behind each.
     #[must_use]
-    pub fn resident(pages: &[Vec<u8>], slack: usize) -> Self {
+    pub fn resident<'p>(pages: impl ExactSizeIterator<Item = &'p [u8]>, slack: usize) -> Self {
         let mut table = Self::new(pages.len());
-        for (number, page) in pages.iter().enumerate() {
+        for (number, page) in pages.enumerate() {
             let mut buffer: Buffer = vec![Line::ZERO; (page.len() + slack).div_ceil(Line::BYTES)].into();
             if let Some(lines) = Arc::get_mut(&mut buffer) {
                 bytemuck::cast_slice_mut(lines)[..page.len()].copy_from_slice(page);
@@ -62,6 +62,16 @@ impl Table {
     pub fn page(&self, page: u32) -> Option<&[u8]> {
         let chunk = self.chunks.get(page as usize / CHUNK)?;
         chunk[page as usize % CHUNK].as_deref().map(bytemuck::cast_slice)
+    }
+
+    /// The pages that are in memory, ascending.
+    pub fn present(&self) -> impl Iterator<Item = u32> {
+        let numbered = |(c, chunk): (usize, &Arc<Chunk>)| {
+            let there: Vec<u32> =
+                (0..CHUNK).filter(|&i| chunk[i].is_some()).map(|i| (c * CHUNK + i) as u32).collect();
+            there
+        };
+        self.chunks.iter().enumerate().flat_map(numbered)
     }
 
     /// Number of pages, in memory or not.
@@ -89,7 +99,7 @@ mod tests {
 
     #[test]
     fn a_clone_keeps_what_the_original_gives_away() {
-        let mut table = Table::resident(&[vec![1; 10], vec![2; 100]], 64);
+        let mut table = Table::resident([&[1; 10][..], &[2; 100]].into_iter(), 64);
         let kept = table.clone();
         let gone = table.set(1, None).expect("was there");
         assert!(table.page(1).is_none() && table.page(2).is_none() && table.page(999).is_none());

@@ -4,15 +4,17 @@
 //! one thread can take turns: while one computes, memory for the others arrives.
 
 use crate::instance::Placed;
+use crate::judge::Judge;
 use crate::mesh::Leaves;
-use crate::reach::{Reach, meet};
-use crate::tree::{OverBlocks, OverPages, Tree, Visitor};
-use crate::{Hit, HitFilter, Tracer};
-use vastlight_accel::compact::Page;
+use crate::paged::{Begin, End, Missing, Turn};
+use crate::reach::{Meeting, Reach, meet};
+use crate::tree::{OverBlocks, OverPages, Subtree, Tree, Visitor};
+use crate::{Hit, Tracer};
 use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
 use vastlight_accel::wide::traverse::{Entry, Memory, Prefetch, RayLanes, Waiting};
 use vastlight_accel::wide::{ChildRef, Leaf, Node8};
 use vastlight_math::Ray;
+use vastlight_paging::Table;
 use vastlight_simd::Simd8;
 
 /// Where a flight stands: among instances, or in the mesh of one.
@@ -62,12 +64,25 @@ pub(crate) struct Flight<'a, S: Simd8> {
     triangles: TriangleRay,
     t_min: f32,
     instance: u32,
+    tracer: &'a Tracer,
+    pages: &'a Table,
+    /// Where the closest hit is, and what is missing, in scenes of pages.
+    pub(crate) end: End,
+    /// Subtrees before this turn are left out.
+    restart: Turn,
+    /// The page and the subtree through which the flight goes.
+    page: u32,
+    subtree: u32,
 }
 
 impl<'a, S: Simd8> Flight<'a, S> {
     /// A flight that goes nowhere yet; `entries` has room for all that can wait.
     #[inline(always)]
-    pub(crate) fn grounded(simd: S, entries: &'a mut [Entry]) -> Self {
+    pub(crate) fn grounded(
+        simd: S,
+        (tracer, pages): (&'a Tracer, &'a Table),
+        entries: &'a mut [Entry],
+    ) -> Self {
         Self {
             index: 0,
             best: Hit::MISS,
@@ -82,13 +97,21 @@ impl<'a, S: Simd8> Flight<'a, S> {
             triangles: TriangleRay::default(),
             t_min: 0.0,
             instance: Hit::NONE,
+            tracer,
+            pages,
+            end: End::COMPLETE,
+            restart: Turn::FIRST,
+            page: Hit::NONE,
+            subtree: 0,
         }
     }
 
     /// Starts with a ray; false if it is at its end already.
     #[inline(always)]
-    pub(crate) fn start(&mut self, simd: S, tracer: &'a Tracer, ray: &Ray, index: usize) -> bool {
-        (self.index, self.best, self.level) = (index, Hit::MISS, TOP);
+    pub(crate) fn start(&mut self, simd: S, ray: &Ray, index: usize, begin: &Begin) -> bool {
+        let tracer = self.tracer;
+        (self.index, self.best, self.level) = (index, begin.best, TOP);
+        (self.end, self.restart) = (End { found: begin.found, ..End::COMPLETE }, begin.restart);
         (self.floor, self.waiting.depth) = (0, 0);
         let t_min = ray.t_min.max(0.0);
         let in_order = ray.t_min <= ray.t_max && t_min <= ray.t_max;
@@ -97,11 +120,11 @@ impl<'a, S: Simd8> Flight<'a, S> {
         self.current = root;
         if root.is_leaf() {
             // A scene of one instance needs no boxes here.
-            return self.enter(simd, tracer);
+            return self.enter(simd);
         }
         let Some(scaled) = ScaledRay::new(ray.origin, ray.direction) else { return false };
         let top = &mut self.stages[TOP];
-        top.t_max = ray.t_max / scaled.t_scale;
+        top.t_max = (if begin.best.is_hit() { begin.best.t } else { ray.t_max }) / scaled.t_scale;
         top.t_scale = scaled.t_scale;
         let boxes = scaled.for_boxes(tracer.extent, tracer.margin_factor);
         top.nodes = &tracer.top.nodes;
@@ -112,12 +135,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
 
     /// One step; false at the end of the way. With `ALONE` no other flight takes turns.
     #[inline(always)]
-    pub(crate) fn step<F: HitFilter, const ANY: bool, const ALONE: bool>(
-        &mut self,
-        simd: S,
-        tracer: &'a Tracer,
-        filter: &F,
-    ) -> bool {
+    pub(crate) fn step<F: Judge, const ANY: bool, const ALONE: bool>(&mut self, simd: S, filter: &F) -> bool {
         self.steps += 1;
         if ALONE && self.level == MESH {
             return self.cross_mesh::<F, ANY>(simd, filter);
@@ -134,7 +152,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
             return true;
         }
         if self.level == TOP {
-            return self.enter(simd, tracer) || self.next();
+            return self.enter(simd) || self.next();
         }
         if self.test_leaf::<F, ANY>(simd, filter) && ANY {
             return false;
@@ -144,20 +162,23 @@ impl<'a, S: Simd8> Flight<'a, S> {
 
     /// All steps of a flight alone in a mesh, with its figures in registers; false at the end of the way.
     #[inline(always)]
-    fn cross_mesh<F: HitFilter, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
+    fn cross_mesh<F: Judge, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
         let (Stage { nodes, memory, .. }, start) = (self.stages[MESH], self.current);
         let found = match self.leaves {
             Leaves::Blocks(blocks) => {
                 self.cross::<_, F, ANY>(simd, filter, &OverBlocks { nodes, blocks, memory }, start)
             }
-            Leaves::Pages(mesh) => self.cross::<_, F, ANY>(simd, filter, &OverPages { mesh, memory }, start),
+            Leaves::Pages(mesh) => {
+                let pages = self.pages;
+                self.cross::<_, F, ANY>(simd, filter, &OverPages { mesh, pages, memory }, start)
+            }
         };
         !(found && ANY) && self.next()
     }
 
     /// Walks through a tree from a child of it to the end; whether there was a closer hit. With `ANY` that is the end.
     #[inline(always)]
-    fn cross<T: Tree, F: HitFilter, const ANY: bool>(
+    fn cross<T: Tree, F: Judge, const ANY: bool>(
         &mut self,
         simd: S,
         filter: &F,
@@ -214,7 +235,8 @@ impl<'a, S: Simd8> Flight<'a, S> {
 
     /// Goes from an instance to the root of its mesh; false if the ray cannot hit it.
     #[inline(always)]
-    fn enter(&mut self, simd: S, tracer: &'a Tracer) -> bool {
+    fn enter(&mut self, simd: S) -> bool {
+        let tracer = self.tracer;
         let instance = self.current.index();
         let placed = &tracer.placed[instance];
         let mesh = &tracer.meshes[placed.mesh as usize];
@@ -240,26 +262,52 @@ impl<'a, S: Simd8> Flight<'a, S> {
 
     /// Tests the triangles of the leaf that is next; whether one was hit.
     #[inline(always)]
-    fn test_leaf<F: HitFilter, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
+    fn test_leaf<F: Judge, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
         let leaf = self.current.index();
         let memory = self.stages[MESH].memory;
         match self.leaves {
             Leaves::Blocks(blocks) => self.meet(simd, filter, &blocks[leaf]),
             Leaves::Pages(mesh) => {
-                OverPages { mesh, memory }.visit(simd, &mut Visit::<S, F, ANY> { flight: self, filter }, leaf)
+                let tree = OverPages { mesh, pages: self.pages, memory };
+                tree.visit(simd, &mut Visit::<S, F, ANY> { flight: self, filter }, leaf)
             }
         }
     }
 
     /// Tests triangles; whether one was hit.
     #[inline(always)]
-    fn meet<F: HitFilter>(&mut self, simd: S, filter: &F, leaf: &impl Leaf) -> bool {
+    fn meet<F: Judge>(&mut self, simd: S, filter: &F, leaf: &impl Leaf) -> bool {
         let stage = &mut self.stages[MESH];
         let mut reach = Reach { t_min: self.t_min, t_max: stage.t_max, t_scale: stage.t_scale };
         let ray = (&self.triangles, self.index);
-        let found = meet(simd, (leaf, self.instance), ray, filter, &mut reach, &mut self.best);
+        let mut meeting = Meeting { best: &mut self.best, found: &mut self.end.found, unknown: None };
+        let found = meet(simd, (leaf, self.instance, self.page), ray, filter, &mut reach, &mut meeting);
         stage.t_max = reach.t_max;
+        if F::PAGED
+            && let Some(attributes) = meeting.unknown
+        {
+            self.miss(attributes);
+        }
         found
+    }
+
+    /// The turn of the subtree through which the flight goes.
+    fn turn(&self) -> Turn {
+        let Leaves::Pages(mesh) = self.leaves else { return Turn::NEVER };
+        let root = &mesh.roots[self.subtree as usize];
+        Turn::new(self.tracer, &self.ray, self.instance, self.subtree, root)
+    }
+
+    /// Notes that the page of this subtree is missing, or attributes of it.
+    #[cold]
+    fn miss(&mut self, attributes: u32) {
+        self.end.missing.or(Missing { turn: self.turn(), page: self.page, attributes });
+    }
+
+    /// Whether the turn of this subtree is over.
+    #[inline(always)]
+    fn is_over(&self) -> bool {
+        self.restart != Turn::FIRST && self.turn() < self.restart
     }
 }
 
@@ -269,14 +317,27 @@ struct Visit<'v, 'a, S: Simd8, F, const ANY: bool> {
     filter: &'v F,
 }
 
-impl<S: Simd8, F: HitFilter, const ANY: bool> Visitor<S> for Visit<'_, '_, S, F, ANY> {
+impl<S: Simd8, F: Judge, const ANY: bool> Visitor<S> for Visit<'_, '_, S, F, ANY> {
     #[inline(always)]
     fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool {
         self.flight.meet(simd, self.filter, triangles)
     }
 
     #[inline(always)]
-    fn page(&mut self, simd: S, page: &Page<'_>, root: ChildRef) -> bool {
-        self.flight.cross::<_, F, ANY>(simd, self.filter, page, root)
+    fn subtree(&mut self, simd: S, subtree: &Subtree<'_>) -> bool {
+        let Subtree { number, root, page } = subtree;
+        let flight = &mut *self.flight;
+        if F::PAGED {
+            (flight.page, flight.subtree) = (root.page, *number);
+            if self.filter.is_done(root.page) || flight.is_over() {
+                return false;
+            }
+            match page {
+                Some(_) => self.filter.uses(root.page),
+                None => flight.miss(Hit::NONE),
+            }
+        }
+        let Some(page) = page else { return false };
+        flight.cross::<_, F, ANY>(simd, self.filter, page, root.node())
     }
 }

@@ -36,7 +36,9 @@ impl Hit {
 /// is not the order along the ray.
 pub trait HitFilter: Sync {
     /// Whether every hit counts; lets the tracer skip the call.
-    const ACCEPTS_ALL: bool = false;
+    fn accepts_all(&self) -> bool {
+        false
+    }
 
     /// Whether `hit` of the ray number `ray` in the batch counts.
     fn accepts(&self, ray: usize, hit: &Hit) -> bool;
@@ -47,7 +49,9 @@ pub trait HitFilter: Sync {
 pub struct AcceptAll;
 
 impl HitFilter for AcceptAll {
-    const ACCEPTS_ALL: bool = true;
+    fn accepts_all(&self) -> bool {
+        true
+    }
 
     #[inline]
     fn accepts(&self, _ray: usize, _hit: &Hit) -> bool {

@@ -62,6 +62,7 @@ impl MeshTree {
         }
     }
 
+    /// Memory of all but pages.
     pub(crate) fn bytes(&self) -> usize {
         match self {
             Self::Wide(m) => m.bytes(),
@@ -73,7 +74,7 @@ impl MeshTree {
     pub(crate) fn number_bytes(&self) -> usize {
         match self {
             Self::Wide(m) => m.blocks.len() * size_of::<[u32; 8]>(),
-            Self::Compact(m) => m.shares().numbers,
+            Self::Compact(m) => m.shares.numbers,
         }
     }
 
@@ -107,7 +108,7 @@ impl MeshTree {
     pub(crate) fn memory(&self) -> Memory {
         match self {
             Self::Wide(m) => Memory::new(&m.nodes, &m.blocks),
-            Self::Compact(m) => Memory::new(&m.nodes, m.roots()),
+            Self::Compact(m) => Memory::new(&m.nodes, &m.roots),
         }
     }
 }

@@ -5,6 +5,7 @@
 //! the ray back to traversal, or on to shading when its way has ended. Walks by threads need no stack, so a ray
 //! between two kernels is a plain record ([`StreamRay`]) that a GPU could share.
 
+use crate::judge::Filtered;
 use crate::kd::{Place, Threads, Walk};
 use crate::{Hit, HitFilter, Tracer};
 use vastlight_math::{Ray, Vec3};
@@ -121,25 +122,25 @@ impl Tracer {
 
     /// The intersection kernel: tests the leaves at which the rays in the slots `queue` stand. The filter is told
     /// slots.
-    pub fn intersect<F: HitFilter>(
+    pub fn intersect(
         &self,
         rays: &mut [StreamRay],
         queue: &[u32],
-        filter: &F,
+        filter: &dyn HitFilter,
         outlets: Outlets<'_>,
     ) {
-        self.level().dispatch(Intersect { tracer: self, rays, queue, filter, outlets });
+        self.level().dispatch(Intersect { tracer: self, rays, queue, filter: Filtered(filter), outlets });
     }
 }
 
 impl Tracer {
     /// Both kernels at once, for structures that have none: brings the rays in the slots `queue` to the ends of their
     /// ways. The filter is told slots.
-    pub fn trace_whole<F: HitFilter>(
+    pub fn trace_whole(
         &self,
         rays: &mut [StreamRay],
         queue: &[u32],
-        filter: &F,
+        filter: &dyn HitFilter,
         ended: &mut Vec<u32>,
     ) {
         let (any, closest): (Vec<u32>, Vec<u32>) =
@@ -163,13 +164,15 @@ impl Tracer {
 }
 
 /// A filter that is told slots where a batch counts rays.
-struct BySlot<'a, F> {
-    filter: &'a F,
+struct BySlot<'a> {
+    filter: &'a dyn HitFilter,
     slots: &'a [u32],
 }
 
-impl<F: HitFilter> HitFilter for BySlot<'_, F> {
-    const ACCEPTS_ALL: bool = F::ACCEPTS_ALL;
+impl HitFilter for BySlot<'_> {
+    fn accepts_all(&self) -> bool {
+        self.filter.accepts_all()
+    }
 
     fn accepts(&self, ray: usize, hit: &Hit) -> bool {
         self.filter.accepts(self.slots[ray] as usize, hit)
@@ -192,15 +195,15 @@ fn next_leaf(ray: &StreamRay, walk: &mut Walk<'_>) -> Option<(u32, u32, f32)> {
     None
 }
 
-struct Intersect<'a, F> {
+struct Intersect<'a> {
     tracer: &'a Tracer,
     rays: &'a mut [StreamRay],
     queue: &'a [u32],
-    filter: &'a F,
+    filter: Filtered<'a>,
     outlets: Outlets<'a>,
 }
 
-impl<F: HitFilter> Kernel for Intersect<'_, F> {
+impl Kernel for Intersect<'_> {
     type Output = ();
 
     #[inline(always)]

@@ -1,20 +1,22 @@
 //! A scene made traceable.
 
 use crate::instance::{MeshSpace, Placed, Places};
+use crate::judge::Filtered;
 use crate::kd::{KdBatch, KdScene};
 use crate::mesh::{Layout, MeshTree};
 use crate::patch::{ROWS, rows};
-use crate::walk::Batch;
+use crate::walk::{Answers, Batch};
 use crate::{AcceptAll, Hit, HitFilter};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 use vastlight_accel::build::resolve;
-use vastlight_accel::compact::{CompactError, CompactMesh};
+use vastlight_accel::compact::{CompactError, CompactMesh, PackedPage, SLACK};
 use vastlight_accel::kdtree::{KdKind, KdMesh};
 use vastlight_accel::wide::traverse::stack_entries;
 use vastlight_accel::wide::{MeshBuild, MeshBvh, MeshView, TopBvh};
 use vastlight_accel::{BuildConfig, BuildError, Scratch};
 use vastlight_math::{Aabb, Ray};
+use vastlight_paging::Table;
 use vastlight_scene::{Mesh, Scene};
 use vastlight_simd::Level;
 
@@ -88,6 +90,8 @@ pub struct BuildReport {
 #[derive(Debug)]
 pub struct Tracer {
     pub(crate) meshes: Vec<MeshTree>,
+    /// The pages of all meshes, where they are in memory for good.
+    pages: Table,
     pub(crate) placed: Vec<Placed>,
     pub(crate) top: TopBvh,
     /// In the place of `meshes` and `top`.
@@ -124,34 +128,81 @@ impl Tracer {
         let measure = config.measure;
         let build = BuildConfig { level, split_budget, optimize, measure, ..BuildConfig::default() };
         let built = build_meshes(scene, accel, &build, config.layout)?;
-        let (meshes, builds): (Vec<_>, Vec<_>) = built.into_iter().unzip();
+        let (mut meshes, mut builds) = (Vec::new(), Vec::new());
+        let mut packed = Vec::new();
+        for (mut mesh, build, pages) in built {
+            if let MeshTree::Compact(mesh) = &mut mesh {
+                mesh.renumber(packed.len() as u32);
+            }
+            packed.extend(pages);
+            meshes.push(mesh);
+            builds.push(build);
+        }
+        let pages = Table::resident(packed.iter().map(|page: &PackedPage| &page.bytes[..]), SLACK);
+        drop(packed);
         let meshes_done = Instant::now();
 
-        let places = Places::new(scene, &meshes.iter().map(MeshTree::space).collect::<Vec<_>>());
-        let Places { placed, boxes, world, extent, margin_factor } = places;
-        let costs = |i: u32| builds[placed[i as usize].mesh as usize].quality.cost;
-        let top = TopBvh::build(accel, &boxes, costs, &build, &mut Scratch::default())?;
-        let stages = sum_stages(&builds, meshes_done.elapsed());
-
-        let bytes =
-            meshes.iter().map(MeshTree::bytes).sum::<usize>() + top.bytes() + size_of_val(&placed[..]);
-        let report = BuildReport {
+        let costs = |mesh: u32| builds[mesh as usize].quality.cost;
+        let mut tracer = Self::place(scene, accel, meshes, costs, &build)?;
+        tracer.bundles = !config.single_rays;
+        let top = &tracer.top;
+        tracer.report = BuildReport {
             accel,
             triangles: builds.iter().map(|b| b.triangles as u64).sum(),
             build_ms: milliseconds(start.elapsed()),
             nodes: builds.iter().map(|b| b.quality.nodes).sum::<usize>() as u64 + top.quality.nodes as u64,
             references: builds.iter().map(|b| b.quality.references as u64).sum(),
-            bytes: bytes as u64,
-            number_bytes: meshes.iter().map(MeshTree::number_bytes).sum::<usize>() as u64,
+            bytes: tracer.report.bytes + pages.bytes() as u64,
+            number_bytes: tracer.meshes.iter().map(MeshTree::number_bytes).sum::<usize>() as u64,
             cost: top.quality.cost,
-            depth: if measure { depth(&builds, &top) } else { 0 },
+            depth: if measure { depth(&builds, top) } else { 0 },
             overlap: overlap(&builds),
-            stages,
+            stages: sum_stages(&builds, meshes_done.elapsed()),
         };
+        tracer.pages = pages;
+        Ok(tracer)
+    }
+
+    /// A tracer of `scene` whose meshes are given as what is above their pages, in the order of the scene's. The pages
+    /// come from elsewhere: see [`crate::paged`].
+    ///
+    /// # Errors
+    /// [`TraceError::Build`] for an unknown builder.
+    pub fn over_pages(
+        scene: &Scene,
+        meshes: Vec<CompactMesh>,
+        config: &TracerConfig,
+    ) -> Result<Self, TraceError> {
+        let start = Instant::now();
+        let accel = resolve(&config.accel)?;
+        let build = BuildConfig { level: config.level.unwrap_or_default(), ..BuildConfig::default() };
+        let meshes = meshes.into_iter().map(MeshTree::Compact).collect();
+        let mut tracer = Self::place(scene, accel, meshes, |_| 1.0, &build)?;
+        tracer.bundles = !config.single_rays;
+        tracer.report.build_ms = milliseconds(start.elapsed());
+        Ok(tracer)
+    }
+
+    /// Builds the tree over the instances of meshes; `costs` says what rays through a mesh cost.
+    fn place(
+        scene: &Scene,
+        accel: &'static str,
+        meshes: Vec<MeshTree>,
+        costs: impl Fn(u32) -> f64 + Sync,
+        build: &BuildConfig,
+    ) -> Result<Self, TraceError> {
+        let places = Places::new(scene, &meshes.iter().map(MeshTree::space).collect::<Vec<_>>());
+        let Places { placed, boxes, world, extent, margin_factor } = places;
+        let costs = |i: u32| costs(placed[i as usize].mesh);
+        let top = TopBvh::build(accel, &boxes, costs, build, &mut Scratch::default())?;
+        let bytes =
+            meshes.iter().map(MeshTree::bytes).sum::<usize>() + top.bytes() + size_of_val(&placed[..]);
+        let report = BuildReport { accel, bytes: bytes as u64, ..BuildReport::default() };
         let stack_entries =
             stack_entries(top.levels + meshes.iter().map(MeshTree::levels).max().unwrap_or(0));
         Ok(Self {
             meshes,
+            pages: Table::default(),
             placed,
             top,
             kd: None,
@@ -159,8 +210,8 @@ impl Tracer {
             extent,
             margin_factor,
             stack_entries,
-            bundles: !config.single_rays,
-            level,
+            bundles: true,
+            level: build.level,
             report,
         })
     }
@@ -195,6 +246,7 @@ impl Tracer {
         };
         Ok(Self {
             meshes: Vec::new(),
+            pages: Table::default(),
             placed,
             top: TopBvh::default(),
             kd: Some(kd),
@@ -212,31 +264,28 @@ impl Tracer {
     ///
     /// Only `t >= 0` counts, whatever a ray's `t_min`. A ray that is not finite or has no direction hits nothing. Rays
     /// without a place in `hits` are not traced.
-    pub fn closest<F: HitFilter>(&self, rays: &[Ray], filter: &F, hits: &mut [Hit]) {
+    pub fn closest(&self, rays: &[Ray], filter: &dyn HitFilter, hits: &mut [Hit]) {
         let rays = &rays[..rays.len().min(hits.len())];
-        match &self.kd {
-            None => self.level.dispatch(Batch::<_, _, false> { tracer: self, rays, filter, answers: hits }),
-            Some(kd) => {
-                self.level.dispatch(KdBatch::<_, _, false> { tracer: self, kd, rays, filter, answers: hits });
-            }
-        }
+        self.trace::<_, false>(rays, filter, hits);
     }
 
     /// Whether each ray has a hit that `filter` accepts; otherwise as [`Tracer::closest`].
-    pub fn occluded<F: HitFilter>(&self, rays: &[Ray], filter: &F, occluded: &mut [bool]) {
+    pub fn occluded(&self, rays: &[Ray], filter: &dyn HitFilter, occluded: &mut [bool]) {
         let rays = &rays[..rays.len().min(occluded.len())];
+        self.trace::<_, true>(rays, filter, occluded);
+    }
+
+    fn trace<A: Answers, const ANY: bool>(&self, rays: &[Ray], filter: &dyn HitFilter, answers: A) {
+        let (tracer, pages, filtered) = (self, &self.pages, Filtered(filter));
         match &self.kd {
-            None => {
-                self.level.dispatch(Batch::<_, _, true> { tracer: self, rays, filter, answers: occluded })
-            }
             Some(kd) => {
-                self.level.dispatch(KdBatch::<_, _, true> {
-                    tracer: self,
-                    kd,
-                    rays,
-                    filter,
-                    answers: occluded,
-                });
+                self.level.dispatch(KdBatch::<_, ANY> { tracer, kd, rays, filter: filtered, answers });
+            }
+            None if filter.accepts_all() => {
+                self.level.dispatch(Batch::<_, _, ANY> { tracer, pages, rays, filter: &AcceptAll, answers });
+            }
+            None => {
+                self.level.dispatch(Batch::<_, _, ANY> { tracer, pages, rays, filter: &filtered, answers });
             }
         }
     }
@@ -290,22 +339,22 @@ fn parallel_chunk(rays: &[Ray]) -> usize {
     }
 }
 
-/// The structures of all meshes; those that no instance uses stay empty.
+/// The structures of all meshes, and their pages; those that no instance uses stay empty.
 fn build_meshes(
     scene: &Scene,
     accel: &str,
     config: &BuildConfig,
     layout: Layout,
-) -> Result<Vec<(MeshTree, MeshBuild)>, TraceError> {
+) -> Result<Vec<(MeshTree, MeshBuild, Vec<PackedPage>)>, TraceError> {
     let build = |scratch: &mut Scratch, mesh: &Option<&Mesh>| {
         let (wide, mut build) = MeshBvh::build(accel, &view(*mesh), config, scratch)?;
         if layout == Layout::Wide {
-            return Ok((MeshTree::Wide(wide), build));
+            return Ok((MeshTree::Wide(wide), build, Vec::new()));
         }
         let start = Instant::now();
-        let compact = CompactMesh::new(&wide, CompactMesh::SLOT)?;
+        let (compact, pages) = CompactMesh::pack(&wide, CompactMesh::SLOT)?;
         build.stages.push(("pack", start.elapsed()));
-        Ok((MeshTree::Compact(compact), build))
+        Ok((MeshTree::Compact(compact), build, pages))
     };
     used_meshes(scene).par_iter().map_init(Scratch::default, build).collect()
 }

@@ -1,8 +1,9 @@
 //! The trees that a ray crosses in a mesh, and what it finds at their leaves, whatever the layout.
 
-use vastlight_accel::compact::{CompactMesh, PackedNode, Page};
+use vastlight_accel::compact::{CompactMesh, PackedNode, Page, PageRoot};
 use vastlight_accel::wide::traverse::{Memory, Prefetch};
-use vastlight_accel::wide::{Block8, ChildRef, Leaf, Node8, WideNode};
+use vastlight_accel::wide::{Block8, Leaf, Node8, WideNode};
+use vastlight_paging::Table;
 use vastlight_simd::Simd8;
 
 /// Wide nodes by place.
@@ -26,8 +27,17 @@ pub(crate) trait Tree: Nodes {
 pub(crate) trait Visitor<S: Simd8> {
     /// Looks for hits of triangles; whether there was one.
     fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool;
-    /// Looks for hits in a page, below one of its nodes; whether there was one.
-    fn page(&mut self, simd: S, page: &Page<'_>, root: ChildRef) -> bool;
+    /// Looks for hits in a part of a page; whether there was one.
+    fn subtree(&mut self, simd: S, subtree: &Subtree<'_>) -> bool;
+}
+
+/// A part of a page.
+pub(crate) struct Subtree<'a> {
+    /// By leaves of the mesh's upper nodes.
+    pub(crate) number: u32,
+    pub(crate) root: &'a PageRoot,
+    /// The page, if it is in memory.
+    pub(crate) page: Option<Page<'a>>,
 }
 
 impl Nodes for &[Node8] {
@@ -74,6 +84,7 @@ impl Tree for OverBlocks<'_> {
 #[derive(Clone, Copy)]
 pub(crate) struct OverPages<'a> {
     pub(crate) mesh: &'a CompactMesh,
+    pub(crate) pages: &'a Table,
     pub(crate) memory: Memory,
 }
 
@@ -96,8 +107,9 @@ impl Tree for OverPages<'_> {
 
     #[inline(always)]
     fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
-        let Some((page, root)) = self.mesh.enter(leaf) else { return false };
-        visitor.page(simd, &page, root)
+        let Some(root) = self.mesh.roots.get(leaf) else { return false };
+        let page = self.pages.page(root.page).map(Page::new);
+        visitor.subtree(simd, &Subtree { number: leaf as u32, root, page })
     }
 }
 

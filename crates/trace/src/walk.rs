@@ -9,11 +9,14 @@
 
 use crate::bundle::{self, Bundle, Job, RAYS};
 use crate::flight::Flight;
+use crate::judge::Judge;
+use crate::paged::{Begin, End};
 use crate::patch::{self, Patch};
-use crate::{Hit, HitFilter, Tracer};
+use crate::{Hit, Tracer};
 use std::ops::Range;
 use vastlight_accel::wide::traverse::Entry;
 use vastlight_math::Ray;
+use vastlight_paging::Table;
 use vastlight_simd::{Kernel, Simd8};
 
 /// Flights that take turns.
@@ -30,6 +33,7 @@ const SHORT_WAY: usize = 20;
 /// Traces a batch for the closest hits, or with `ANY` for some hit of each ray. `answers` gets a ray's number and hit.
 pub(crate) struct Batch<'a, F, A, const ANY: bool> {
     pub(crate) tracer: &'a Tracer,
+    pub(crate) pages: &'a Table,
     pub(crate) rays: &'a [Ray],
     pub(crate) filter: &'a F,
     pub(crate) answers: A,
@@ -37,40 +41,47 @@ pub(crate) struct Batch<'a, F, A, const ANY: bool> {
 
 /// Takes answers; they come in any order, one for each ray.
 pub(crate) trait Answers {
-    fn set(&mut self, index: usize, hit: &Hit);
+    fn set(&mut self, index: usize, hit: &Hit, end: &End);
+
+    /// What a ray begins with.
+    #[inline(always)]
+    fn begin(&self, _index: usize) -> Begin {
+        Begin::AFRESH
+    }
 }
 
 impl Answers for &mut [Hit] {
     #[inline(always)]
-    fn set(&mut self, index: usize, hit: &Hit) {
+    fn set(&mut self, index: usize, hit: &Hit, _end: &End) {
         self[index] = *hit;
     }
 }
 
 impl Answers for &mut [bool] {
     #[inline(always)]
-    fn set(&mut self, index: usize, hit: &Hit) {
+    fn set(&mut self, index: usize, hit: &Hit, _end: &End) {
         self[index] = hit.is_hit();
     }
 }
 
-impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> {
+impl<F: Judge, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd8>(mut self, simd: S) {
         let mut stacks = Stacks::new(self.tracer.stack_entries);
         let [a, b, c, d, e, f, g, h] = stacks.split();
+        let scene = (self.tracer, self.pages);
         // Written out, since a closure would make calls of all vector operations.
         let mut flights: [Flight<'_, S>; TOGETHER] = [
-            Flight::grounded(simd, a),
-            Flight::grounded(simd, b),
-            Flight::grounded(simd, c),
-            Flight::grounded(simd, d),
-            Flight::grounded(simd, e),
-            Flight::grounded(simd, f),
-            Flight::grounded(simd, g),
-            Flight::grounded(simd, h),
+            Flight::grounded(simd, scene, a),
+            Flight::grounded(simd, scene, b),
+            Flight::grounded(simd, scene, c),
+            Flight::grounded(simd, scene, d),
+            Flight::grounded(simd, scene, e),
+            Flight::grounded(simd, scene, f),
+            Flight::grounded(simd, scene, g),
+            Flight::grounded(simd, scene, h),
         ];
         let (mut span, mut short) = (FIRST_SPAN, false);
         // Its memory is worth its while only where rays do go together.
@@ -124,12 +135,12 @@ impl Stacks {
     }
 }
 
-impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
+impl<'a, F: Judge, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
     /// Traces rays as a bundle; false, and nothing answered, if they do not go together.
     #[inline(always)]
     fn in_bundle<S: Simd8>(&mut self, simd: S, patch: Patch, bundle: &mut Bundle) -> bool {
-        let (tracer, rays, filter) = (self.tracer, self.rays, self.filter);
-        let job: Job<'_, F, ANY> = Job { tracer, rays, patch, filter };
+        let (tracer, pages, rays, filter) = (self.tracer, self.pages, self.rays, self.filter);
+        let job: Job<'_, F, ANY> = Job { tracer, pages, rays, patch, filter };
         bundle.trace(simd, &job, &mut self.answers)
     }
 
@@ -142,11 +153,11 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
         let before = flight.steps;
         for i in 0..patch.count {
             let index = patch.index(i);
-            let mut flying = flight.start(simd, self.tracer, &self.rays[index], index);
+            let mut flying = flight.start(simd, &self.rays[index], index, &self.answers.begin(index));
             while flying {
-                flying = flight.step::<F, ANY, true>(simd, self.tracer, self.filter);
+                flying = flight.step::<F, ANY, true>(simd, self.filter);
             }
-            self.answers.set(index, &flight.best);
+            self.answers.set(index, &flight.best, &flight.end);
         }
         flight.steps - before
     }
@@ -172,12 +183,12 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
             let mut turn = 0;
             while turn < flying {
                 let flight = &mut flights[turn];
-                if flight.step::<F, ANY, false>(simd, self.tracer, self.filter) {
+                if flight.step::<F, ANY, false>(simd, self.filter) {
                     flight.prefetch(simd);
                     turn += 1;
                     continue;
                 }
-                self.answers.set(flight.index, &flight.best);
+                self.answers.set(flight.index, &flight.best, &flight.end);
                 if self.take_off(simd, flight, &mut rest) {
                     turn += 1;
                 } else {
@@ -202,11 +213,11 @@ impl<'a, F: HitFilter, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
     {
         for i in rest.by_ref() {
             let index = patch.index(i);
-            if flight.start(simd, self.tracer, &self.rays[index], index) {
+            if flight.start(simd, &self.rays[index], index, &self.answers.begin(index)) {
                 flight.prefetch(simd);
                 return true;
             }
-            self.answers.set(index, &Hit::MISS);
+            self.answers.set(index, &flight.best, &flight.end);
         }
         false
     }

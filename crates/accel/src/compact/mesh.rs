@@ -1,33 +1,55 @@
-//! A mesh in pages.
+//! What is above a mesh's pages.
 
 use super::pack::pack;
-use super::page::{Page, SLACK};
-use super::write::PageBytes;
-use crate::Pages;
+use super::page::SLACK;
+use super::write::{PackedPage, PageBytes};
 use crate::wide::{ChildRef, MeshBvh, Node8};
 use vastlight_math::Aabb;
 
-/// Memory of pages comes in cache lines.
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-#[repr(C, align(64))]
-struct Line([u8; LINE]);
-
-const LINE: usize = 64;
-
 /// A subtree of a page.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub struct PageRoot {
     /// Number of the page.
-    pub(super) page: u32,
+    pub page: u32,
     /// Place of the root's node in the page.
-    pub(super) place: u16,
+    place: u32,
+    /// Around the subtree: smallest and largest corner.
+    bounds: [[f32; 3]; 2],
 }
 
-/// A mesh in the compact layout, in its own space times [`CompactMesh::scale`].
+impl PageRoot {
+    pub(super) fn new(page: u32, place: u16, bounds: &Aabb) -> Self {
+        Self { page, place: u32::from(place), bounds: [bounds.min.to_array(), bounds.max.to_array()] }
+    }
+
+    /// The same with pages counted from another number on.
+    pub(super) fn moved(self, by: u32) -> Self {
+        Self { page: self.page + by, ..self }
+    }
+
+    /// The node of the page where the subtree begins.
+    #[inline(always)]
+    #[must_use]
+    pub fn node(&self) -> ChildRef {
+        ChildRef::node(self.place)
+    }
+
+    /// Around the subtree.
+    #[inline(always)]
+    #[must_use]
+    pub fn bounds(&self) -> Aabb {
+        Aabb { min: self.bounds[0].into(), max: self.bounds[1].into() }
+    }
+}
+
+/// A mesh in the compact layout, in its own space times [`CompactMesh::scale`]: what is above its pages.
 #[derive(Clone, Debug)]
 pub struct CompactMesh {
     /// The tree above the pages; its leaves are indices of `roots`.
     pub nodes: Vec<Node8>,
+    /// The subtrees in pages.
+    pub roots: Vec<PageRoot>,
     /// Where rays start; none for a mesh without triangles.
     pub root: Option<ChildRef>,
     /// Nodes on the longest way from the root to a leaf of a page.
@@ -38,11 +60,8 @@ pub struct CompactMesh {
     pub extent: f32,
     /// Positions here are the mesh's times this power of two.
     pub scale: f32,
-    roots: Vec<PageRoot>,
-    /// First line of each page, and of what follows the last.
-    starts: Vec<u32>,
-    lines: Pages<Line>,
-    shares: PageBytes,
+    /// What the pages' bytes are.
+    pub shares: PageBytes,
 }
 
 /// Why a mesh has no compact layout.
@@ -63,80 +82,37 @@ pub enum CompactError {
 }
 
 impl CompactMesh {
-    /// Bytes of a page, unless chosen otherwise.
-    pub const SLOT: usize = 1 << 16;
+    /// Most bytes of a page, unless chosen otherwise: with what must follow it in memory, 64 KiB.
+    pub const SLOT: usize = (1 << 16) - SLACK;
 
-    /// Packs a mesh into pages of at most `slot` bytes, with all threads of the current pool.
+    /// Packs a mesh into pages of at most `slot` bytes, with all threads of the current pool. Pages are numbered from 0.
     ///
     /// # Errors
     /// [`CompactError::Lattice`] for a mesh whose positions are on no lattice of 24 bits, [`CompactError::Slot`] for
     /// pages smaller than about 400 bytes.
-    pub fn new(mesh: &MeshBvh, slot: usize) -> Result<Self, CompactError> {
+    pub fn pack(mesh: &MeshBvh, slot: usize) -> Result<(Self, Vec<PackedPage>), CompactError> {
         let (packed, root) = pack(mesh, slot)?;
-        let mut starts = vec![0];
-        for page in &packed.pages {
-            starts.push(starts[starts.len() - 1] + page.len().div_ceil(LINE) as u32);
-        }
-        let used = starts[starts.len() - 1] as usize;
-        let slack = if used == 0 { 0 } else { SLACK / LINE };
-        let mut lines: Pages<Line> = Pages::zeroed(used + slack);
-        for (page, &start) in packed.pages.iter().zip(&starts) {
-            bytemuck::cast_slice_mut(&mut lines[start as usize..])[..page.len()].copy_from_slice(page);
-        }
-        Ok(Self {
+        let above = Self {
             nodes: packed.nodes,
+            roots: packed.roots,
             root,
             levels: mesh.levels,
             bounds: mesh.bounds,
             extent: mesh.extent,
             scale: mesh.scale,
-            roots: packed.roots,
-            starts,
-            lines,
             shares: packed.shares,
-        })
+        };
+        Ok((above, packed.pages))
     }
 
-    /// The page of a leaf of the tree above the pages, and the node of the page where it goes on.
-    #[inline(always)]
-    #[must_use]
-    pub fn enter(&self, leaf: usize) -> Option<(Page<'_>, ChildRef)> {
-        let PageRoot { page, place } = *self.roots.get(leaf)?;
-        let start = *self.starts.get(page as usize)?;
-        let page = Page::new(bytemuck::cast_slice(self.lines.get(start as usize..)?));
-        Some((page, ChildRef::node(u32::from(place))))
+    /// Counts pages from another number on.
+    pub fn renumber(&mut self, first_page: u32) {
+        self.roots.iter_mut().for_each(|root| *root = root.moved(first_page));
     }
 
-    /// The bytes of a page.
-    #[must_use]
-    pub fn page_bytes(&self, page: usize) -> Option<&[u8]> {
-        let lines = *self.starts.get(page)? as usize..*self.starts.get(page + 1)? as usize;
-        self.lines.get(lines).map(bytemuck::cast_slice)
-    }
-
-    /// Number of pages.
-    #[must_use]
-    pub fn pages(&self) -> usize {
-        self.starts.len() - 1
-    }
-
-    /// The subtrees in pages, by the leaves of the tree above.
-    #[must_use]
-    pub fn roots(&self) -> &[PageRoot] {
-        &self.roots
-    }
-
-    /// Memory of everything.
+    /// Memory of what is above the pages.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let above =
-            size_of_val(&self.nodes[..]) + size_of_val(&self.roots[..]) + size_of_val(&self.starts[..]);
-        above + size_of_val(&self.lines[..])
-    }
-
-    /// What the pages' bytes are.
-    #[must_use]
-    pub fn shares(&self) -> PageBytes {
-        self.shares
+        size_of_val(&self.nodes[..]) + size_of_val(&self.roots[..])
     }
 }

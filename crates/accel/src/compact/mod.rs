@@ -28,5 +28,5 @@ mod write;
 
 pub use mesh::{CompactError, CompactMesh, PageRoot};
 pub use node::PackedNode;
-pub use page::{PackedLeaf, Page};
-pub use write::PageBytes;
+pub use page::{PackedLeaf, Page, SLACK};
+pub use write::{PackedPage, PageBytes};

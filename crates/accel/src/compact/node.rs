@@ -21,12 +21,14 @@ pub struct PackedNode {
     used: u8,
     /// By axis, then lower or upper, then slot.
     planes: [[[u8; 8]; 2]; 3],
-    /// By slot: the place of a node in the page, in units of four bytes; or the first triangle of a leaf in the cluster in
-    /// the lower eight bits, and its number of triangles less one.
+    /// By slot: how far behind this node another one stands, in units of four bytes less one; or the first triangle of a
+    /// leaf in the cluster in the lower eight bits, and its number of triangles less one. So nodes only ever lead on, also
+    /// in a damaged page.
     children: [u16; 8],
     /// Slots with a leaf, as bits.
     leaves: u8,
-    reserved: [u8; 2],
+    /// Number of the cluster's first triangle in the page.
+    first_triangle: [u8; 2],
     /// How the cluster behind the node is packed.
     pub(super) packing: Packing,
 }
@@ -34,8 +36,8 @@ pub struct PackedNode {
 /// What a slot of a node in a page points to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum PackedChild {
-    /// The node at this place, in units of four bytes.
-    Node(u16),
+    /// A node, whose place is told later.
+    Node,
     /// Triangles of the node's cluster.
     Leaf(LeafRun),
 }
@@ -63,26 +65,38 @@ impl LeafPlace {
 
 impl PackedNode {
     /// Packs the boxes of `node`, whose children become these.
-    pub(super) fn new(node: &Node8, children: &[Option<PackedChild>; 8], packing: Packing) -> Self {
-        let mut packed = Self { planes: [[[u8::MAX; 8], [0; 8]]; 3], packing, ..Self::default() };
+    pub(super) fn new(
+        node: &Node8,
+        children: &[Option<PackedChild>; 8],
+        packing: Packing,
+        first_triangle: u16,
+    ) -> Self {
+        let first_triangle = first_triangle.to_le_bytes();
+        let mut packed =
+            Self { planes: [[[u8::MAX; 8], [0; 8]]; 3], packing, first_triangle, ..Self::default() };
         for (slot, child) in children.iter().enumerate() {
             packed.used |= u8::from(child.is_some()) << slot;
             match child {
-                Some(PackedChild::Node(node)) => packed.children[slot] = *node,
                 Some(PackedChild::Leaf(run)) => {
                     packed.leaves |= 1 << slot;
                     packed.children[slot] = u16::from(run.first) | u16::from(run.count - 1) << 8;
                 }
-                None => {}
+                Some(PackedChild::Node) | None => {}
             }
         }
         (0..3).for_each(|axis| packed.pack_axis(node, axis));
         packed
     }
 
-    /// Makes a slot point to the node at a place.
-    pub(super) fn set_node(&mut self, slot: usize, place: u16) {
-        self.children[slot % 8] = place;
+    /// Makes a slot of this node, which stands at `place`, point to the node at another place behind it.
+    pub(super) fn set_node(&mut self, slot: usize, place: u16, child: u16) {
+        self.children[slot % 8] = child - place - 1;
+    }
+
+    /// Number of the cluster's first triangle in the page.
+    #[inline(always)]
+    pub(super) fn first_triangle(&self) -> u16 {
+        u16::from_le_bytes(self.first_triangle)
     }
 
     /// The triangles of the leaf in a slot.
@@ -145,7 +159,7 @@ impl WideNode for PackedNode {
     #[inline(always)]
     fn child(&self, place: usize, slot: usize) -> ChildRef {
         if self.leaves >> (slot % 8) & 1 == 0 {
-            ChildRef::node(u32::from(self.children[slot % 8]))
+            ChildRef::node(place as u32 + 1 + u32::from(self.children[slot % 8]))
         } else {
             ChildRef::leaf((8 * place + slot % 8) as u32)
         }
@@ -194,17 +208,17 @@ mod tests {
                 }
                 let children: [_; 8] = std::array::from_fn(|slot| {
                     let run = LeafRun { first: 9 * slot as u8, count: slot as u8 + 1 };
-                    let child = if slot % 3 == 0 { PackedChild::Node(9) } else { PackedChild::Leaf(run) };
+                    let child = if slot % 3 == 0 { PackedChild::Node } else { PackedChild::Leaf(run) };
                     (slot < count).then_some(child)
                 });
-                let packed = PackedNode::new(&node, &children, Packing::default());
+                let mut packed = PackedNode::new(&node, &children, Packing::default(), 4_321);
+                (0..count).step_by(3).for_each(|slot| packed.set_node(slot, 777, 999));
+                assert_eq!(packed.first_triangle(), 4_321);
                 let wide = packed.to_wide(777);
                 for (slot, &child) in children.iter().enumerate() {
                     match child {
                         None => assert_eq!(wide.children[slot], ChildRef::NONE),
-                        Some(PackedChild::Node(node)) => {
-                            assert_eq!(wide.children[slot], ChildRef::node(u32::from(node)));
-                        }
+                        Some(PackedChild::Node) => assert_eq!(wide.children[slot], ChildRef::node(999)),
                         Some(PackedChild::Leaf(run)) => {
                             let place = LeafPlace::from_index(wide.children[slot].index());
                             assert_eq!(place, LeafPlace { node: 777, slot });

@@ -5,9 +5,10 @@
 //! pages. Large subtrees are packed side by side.
 
 use super::mesh::{CompactError, PageRoot};
-use super::write::{PageBytes, Refusal, Writer};
+use super::write::{PackedPage, PageBytes, Refusal, Writer};
 use crate::wide::{ChildRef, MeshBvh, Node8};
 use rayon::prelude::*;
+use vastlight_math::Aabb;
 
 /// Subtrees of at most this many triangles are packed by one thread.
 const SERIAL: u32 = 1 << 16;
@@ -21,7 +22,7 @@ const SMALLEST_PART: usize = 16;
 /// Pages, and the tree above them.
 #[derive(Debug, Default)]
 pub(super) struct Packed {
-    pub(super) pages: Vec<Vec<u8>>,
+    pub(super) pages: Vec<PackedPage>,
     pub(super) shares: PageBytes,
     pub(super) nodes: Vec<Node8>,
     pub(super) roots: Vec<PageRoot>,
@@ -41,7 +42,7 @@ impl Packed {
             node.children = node.children.map(moved);
         }
         self.nodes.append(&mut other.nodes);
-        self.roots.extend(other.roots.iter().map(|root| PageRoot { page: root.page + pages, ..*root }));
+        self.roots.extend(other.roots.iter().map(|root| root.moved(pages)));
         self.pages.append(&mut other.pages);
         self.shares = self.shares.add(other.shares);
         moved(root)
@@ -53,11 +54,11 @@ pub(super) fn pack(mesh: &MeshBvh, slot: usize) -> Result<(Packed, Option<ChildR
     let Some(root) = mesh.root else { return Ok((Packed::default(), None)) };
     let counts = counts(mesh);
     let mut parts = Vec::new();
-    collect_parts(mesh, &counts, root, &mut parts);
-    let pack_part = |&part: &ChildRef| {
+    collect_parts(mesh, &counts, (root, mesh.bounds), &mut parts);
+    let pack_part = |(part, bounds): &(ChildRef, Aabb)| {
         let mut packer =
             Packer { mesh, counts: &counts, slot, writer: Writer::new(mesh, slot), out: Packed::default() };
-        let root = packer.place(part)?;
+        let root = packer.place(*part, bounds)?;
         packer.close();
         Ok((packer.out, root))
     };
@@ -89,13 +90,20 @@ fn is_part(mesh: &MeshBvh, counts: &[u32], child: ChildRef) -> bool {
     child.is_leaf() || count(mesh, counts, child) <= SERIAL
 }
 
-fn collect_parts(mesh: &MeshBvh, counts: &[u32], child: ChildRef, parts: &mut Vec<ChildRef>) {
+fn collect_parts(
+    mesh: &MeshBvh,
+    counts: &[u32],
+    (child, bounds): (ChildRef, Aabb),
+    parts: &mut Vec<(ChildRef, Aabb)>,
+) {
     if is_part(mesh, counts, child) {
-        parts.push(child);
+        parts.push((child, bounds));
         return;
     }
-    let children = mesh.nodes[child.index()].children.iter().filter(|&&c| c != ChildRef::NONE);
-    children.for_each(|&child| collect_parts(mesh, counts, child, parts));
+    let node = &mesh.nodes[child.index()];
+    for slot in (0..8).filter(|&slot| node.children[slot] != ChildRef::NONE) {
+        collect_parts(mesh, counts, (node.children[slot], node.bounds(slot)), parts);
+    }
 }
 
 /// Puts the packed parts together, under the nodes that are above all of them.
@@ -128,15 +136,15 @@ struct Packer<'a> {
 }
 
 impl Packer<'_> {
-    /// Puts what is below `child` into pages; gives the reference above them.
-    fn place(&mut self, child: ChildRef) -> Result<ChildRef, CompactError> {
+    /// Puts what is below `child`, which has this box, into pages; gives the reference above them.
+    fn place(&mut self, child: ChildRef, bounds: &Aabb) -> Result<ChildRef, CompactError> {
         let triangles = count(self.mesh, self.counts, child) as usize;
         let small = child.is_leaf() || triangles * LIKELY_BYTES < self.slot / SMALLEST_PART;
         loop {
             if triangles * LEAST_BYTES <= self.writer.room() {
-                match self.writer.add(child) {
+                match self.writer.add(child, bounds) {
                     Ok(place) => {
-                        self.out.roots.push(PageRoot { page: self.out.pages.len() as u32, place });
+                        self.out.roots.push(PageRoot::new(self.out.pages.len() as u32, place, bounds));
                         return Ok(ChildRef::leaf(self.out.roots.len() as u32 - 1));
                     }
                     Err(Refusal::Lattice(block)) => return Err(self.off_lattice(block)),
@@ -154,8 +162,10 @@ impl Packer<'_> {
         let place = self.out.nodes.len();
         let mut node = self.mesh.nodes[child.index()];
         self.out.nodes.push(node);
-        for child in node.children.iter_mut().filter(|child| **child != ChildRef::NONE) {
-            *child = self.place(*child)?;
+        for slot in 0..8 {
+            if node.children[slot] != ChildRef::NONE {
+                node.children[slot] = self.place(node.children[slot], &node.bounds(slot))?;
+            }
         }
         self.out.nodes[place] = node;
         Ok(ChildRef::node(place as u32))
@@ -165,8 +175,8 @@ impl Packer<'_> {
         if self.writer.is_empty() {
             return;
         }
-        let (bytes, shares) = self.writer.finish();
-        self.out.pages.push(bytes);
+        let (page, shares) = self.writer.finish();
+        self.out.pages.push(page);
         self.out.shares = self.out.shares.add(shares);
     }
 

@@ -9,7 +9,7 @@ use vastlight_simd::{Simd8, WINDOW};
 /// What places of nodes are counted in.
 pub(super) const UNIT: usize = 4;
 /// Bytes that must follow a page in memory: what [`Page`] may look at behind the last vertex.
-pub(super) const SLACK: usize = (WINDOW + 1).next_multiple_of(64);
+pub const SLACK: usize = (WINDOW + 1).next_multiple_of(64);
 
 const NODE: usize = size_of::<PackedNode>();
 const ANCHOR: usize = size_of::<Anchor>();
@@ -78,6 +78,7 @@ impl<'a> Page<'a> {
             }
         }
         unpacked.lanes = (1 << count) - 1;
+        unpacked.first_triangle = u32::from(node.first_triangle()) + u32::from(run.first);
         unpacked
     }
 }
@@ -105,6 +106,8 @@ pub struct PackedLeaf<'a> {
     corners: LeafLanes,
     lanes: u32,
     run: LeafRun,
+    /// Number of the first triangle in the page.
+    first_triangle: u32,
     packing: Packing,
     anchor: Anchor,
     /// Corners, vertices, numbers, and what follows.
@@ -118,6 +121,7 @@ impl PackedLeaf<'_> {
             corners: [[[0.0; 8]; 3]; 3],
             lanes: 0,
             run: LeafRun::default(),
+            first_triangle: 0,
             packing: Packing::default(),
             anchor: Anchor::default(),
             cluster: &[],
@@ -140,5 +144,10 @@ impl Leaf for PackedLeaf<'_> {
     fn prim(&self, lane: usize) -> u32 {
         let numbers = self.cluster.get(self.packing.numbers_at()..).unwrap_or_default();
         self.packing.number(&self.anchor, usize::from(self.run.first) + lane, numbers)
+    }
+
+    #[inline(always)]
+    fn place(&self, lane: usize) -> u32 {
+        self.first_triangle + lane as u32
     }
 }

@@ -1,6 +1,6 @@
 //! Whether pages hold what they should.
 
-use super::CompactMesh;
+use super::{CompactMesh, Page};
 use crate::wide::{Block8, Boxes, ChildRef, Leaf, MeshView, Node8, validate_blocks, validate_nodes};
 use crate::{Report, Violation};
 use vastlight_simd::{Kernel, Level, Simd8};
@@ -13,12 +13,17 @@ struct Unpacked {
 }
 
 impl CompactMesh {
-    /// Checks the tree over all pages, and that its leaves hold exactly the mesh's triangles, scaled.
+    /// Checks the tree over all pages, which `pages` finds by number, and that its leaves hold exactly the mesh's
+    /// triangles, scaled.
     ///
     /// # Errors
     /// The first violation.
-    pub fn validate(&self, mesh: &MeshView<'_>) -> Result<Report, Violation> {
-        let Unpacked { nodes, blocks, root } = self.unpacked()?;
+    pub fn validate<'p>(
+        &self,
+        pages: impl Fn(u32) -> Option<Page<'p>>,
+        mesh: &MeshView<'_>,
+    ) -> Result<Report, Violation> {
+        let Unpacked { nodes, blocks, root } = self.unpacked(&pages)?;
         validate_blocks(&blocks, mesh, self.scale)?;
         let corners = |prim: u32| mesh.corners(prim).map(|p| p * self.scale);
         let covered = |prim: u32, boxes: &[vastlight_math::Aabb]| {
@@ -29,32 +34,35 @@ impl CompactMesh {
     }
 
     /// Nodes, those above pages first, and blocks of all pages, and the root.
-    fn unpacked(&self) -> Result<Unpacked, Violation> {
+    fn unpacked<'p>(&self, pages: &impl Fn(u32) -> Option<Page<'p>>) -> Result<Unpacked, Violation> {
         let (mut nodes, mut blocks) = (self.nodes.clone(), Vec::new());
         for node in 0..self.nodes.len() {
             for slot in 0..8 {
                 let child = self.nodes[node].children[slot];
                 if child != ChildRef::NONE && child.is_leaf() {
-                    nodes[node].children[slot] = self.unpack_root(child.index(), &mut nodes, &mut blocks)?;
+                    nodes[node].children[slot] = self.unpack_root(pages, child.index(), &mut nodes, &mut blocks)?;
                 }
             }
         }
         let root = match self.root {
-            Some(root) if root.is_leaf() => Some(self.unpack_root(root.index(), &mut nodes, &mut blocks)?),
+            Some(root) if root.is_leaf() => Some(self.unpack_root(pages, root.index(), &mut nodes, &mut blocks)?),
             root => root,
         };
         Ok(Unpacked { nodes, blocks, root })
     }
 
     /// Appends what is below a page's root; gives its place.
-    fn unpack_root(
+    fn unpack_root<'p>(
         &self,
+        pages: &impl Fn(u32) -> Option<Page<'p>>,
         root: usize,
         nodes: &mut Vec<Node8>,
         blocks: &mut Vec<Block8>,
     ) -> Result<ChildRef, Violation> {
         let fault = |what| Violation::Shape { node: root, what };
-        let (page, root) = self.enter(root).ok_or(fault("is the root of a page that does not exist"))?;
+        let (page, root) = (self.roots.get(root))
+            .and_then(|root| Some((pages(root.page)?, root.node())))
+            .ok_or(fault("is the root of a page that does not exist"))?;
         let mut append = |child: ChildRef, nodes: &mut Vec<Node8>| {
             if child.is_leaf() {
                 blocks.push(Level::detect().dispatch(Unpack { page, leaf: child.index() }));
@@ -86,7 +94,7 @@ impl CompactMesh {
 
 /// Unpacks a leaf.
 struct Unpack<'a> {
-    page: super::Page<'a>,
+    page: Page<'a>,
     leaf: usize,
 }
 

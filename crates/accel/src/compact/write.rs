@@ -4,6 +4,7 @@ use super::cluster::{Cluster, Numbered, TRIANGLES};
 use super::node::{LeafRun, PackedChild, PackedNode};
 use super::page::UNIT;
 use crate::wide::{ChildRef, MeshBvh, Node8};
+use vastlight_math::Aabb;
 
 const NODE: usize = size_of::<PackedNode>();
 
@@ -14,7 +15,18 @@ pub(super) struct Writer<'a> {
     /// Most bytes of the page.
     slot: usize,
     bytes: Vec<u8>,
+    /// Numbers in the mesh, in the order of the page.
+    triangles: Vec<u32>,
     shares: PageBytes,
+}
+
+/// A finished page.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PackedPage {
+    /// Nodes and clusters.
+    pub bytes: Vec<u8>,
+    /// Numbers in the mesh of the page's triangles, in its own order. A triangle that was cut may stand in several pages.
+    pub triangles: Vec<u32>,
 }
 
 /// Why a subtree was not added.
@@ -63,7 +75,8 @@ impl<'a> Writer<'a> {
     pub(super) fn new(mesh: &'a MeshBvh, slot: usize) -> Self {
         // Places of nodes have 16 bits.
         let slot = slot.min(UNIT << 16);
-        Self { mesh, slot, bytes: Vec::with_capacity(slot), shares: PageBytes::default() }
+        let bytes = Vec::with_capacity(slot);
+        Self { mesh, slot, bytes, triangles: Vec::new(), shares: PageBytes::default() }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -75,23 +88,24 @@ impl<'a> Writer<'a> {
         self.slot - self.bytes.len()
     }
 
-    /// Adds all that is below `root` in the mesh; gives the place of the root's node. If that does not fit, nothing is
-    /// added.
-    pub(super) fn add(&mut self, root: ChildRef) -> Result<u16, Refusal> {
-        let (length, shares) = (self.bytes.len(), self.shares);
-        let added = self.add_below(root);
+    /// Adds all that is below `root` in the mesh, which has this box; gives the place of the root's node. If that does not
+    /// fit, nothing is added.
+    pub(super) fn add(&mut self, root: ChildRef, bounds: &Aabb) -> Result<u16, Refusal> {
+        let (length, triangles, shares) = (self.bytes.len(), self.triangles.len(), self.shares);
+        let added = self.add_below(root, bounds);
         if added.is_err() {
             self.bytes.truncate(length);
+            self.triangles.truncate(triangles);
             self.shares = shares;
         }
         added
     }
 
-    fn add_below(&mut self, root: ChildRef) -> Result<u16, Refusal> {
+    fn add_below(&mut self, root: ChildRef, bounds: &Aabb) -> Result<u16, Refusal> {
         if root.is_leaf() {
             // A leaf needs a node to stand behind.
             let mut node = Node8::EMPTY;
-            node.set(0, root, &self.mesh.bounds);
+            node.set(0, root, bounds);
             return self.add_node(&node, None, &mut Vec::new());
         }
         let mut waiting = Vec::new();
@@ -124,13 +138,14 @@ impl<'a> Writer<'a> {
                 PackedChild::Leaf(run)
             } else {
                 waiting.push((child, (place, slot)));
-                PackedChild::Node(0)
+                PackedChild::Node
             });
         }
         debug_assert!(usize::from(first) <= TRIANGLES);
         let block = node.children.iter().find(|c| c.is_leaf()).map_or(0, |leaf| leaf.index());
         let cluster = Cluster::new(&leaves).ok_or(Refusal::Lattice(block))?;
-        let packed = PackedNode::new(node, &children, cluster.packing);
+        let packed = PackedNode::new(node, &children, cluster.packing, self.triangles.len() as u16);
+        self.triangles.extend(leaves.iter().flatten().map(|triangle| triangle.1));
         self.write(&packed, (!leaves.is_empty()).then_some(&cluster))?;
         if let Some((parent, slot)) = parent {
             self.set_child(parent, slot, place);
@@ -169,14 +184,16 @@ impl<'a> Writer<'a> {
         let bytes = self.bytes.get_mut(UNIT * usize::from(parent)..).and_then(|rest| rest.get_mut(..NODE));
         if let Some(bytes) = bytes {
             let mut node: PackedNode = bytemuck::pod_read_unaligned(bytes);
-            node.set_node(slot, place);
+            node.set_node(slot, parent, place);
             bytes.copy_from_slice(bytemuck::bytes_of(&node));
         }
     }
 
-    /// The bytes of the page, and what they are; the writer starts anew.
-    pub(super) fn finish(&mut self) -> (Vec<u8>, PageBytes) {
+    /// The page, and what its bytes are; the writer starts anew.
+    pub(super) fn finish(&mut self) -> (PackedPage, PageBytes) {
         let next = Vec::with_capacity(self.slot);
-        (std::mem::replace(&mut self.bytes, next), std::mem::take(&mut self.shares))
+        let bytes = std::mem::replace(&mut self.bytes, next);
+        let triangles = std::mem::take(&mut self.triangles);
+        (PackedPage { bytes, triangles }, std::mem::take(&mut self.shares))
     }
 }

@@ -26,6 +26,8 @@ pub trait Leaf {
     fn lanes(&self) -> u32;
     /// The number of the triangle in a lane.
     fn prim(&self, lane: usize) -> u32;
+    /// Where the triangle in a lane stands in its page; 0 where there are no pages.
+    fn place(&self, lane: usize) -> u32;
 }
 
 /// What a node's slot points to: a node, a leaf, or nothing.
@@ -203,5 +205,10 @@ impl Leaf for Block8 {
     #[inline(always)]
     fn prim(&self, lane: usize) -> u32 {
         self.prims[lane]
+    }
+
+    #[inline(always)]
+    fn place(&self, _lane: usize) -> u32 {
+        0
     }
 }

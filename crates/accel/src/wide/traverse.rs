@@ -62,8 +62,7 @@ impl Waiting<'_> {
         let a = entry::<PREFETCH>(simd, (place, node), first, &distances, memory);
         let b = entry::<PREFETCH>(simd, (place, node), take_lowest(&mut hits), &distances, memory);
         let mut nearest = a.min(b);
-        self.entries[self.depth] = a.max(b);
-        self.depth += 1;
+        self.insert(self.depth, a.max(b));
         while hits != 0 {
             let other = entry::<PREFETCH>(simd, (place, node), take_lowest(&mut hits), &distances, memory);
             let farther = nearest.max(other);
@@ -74,10 +73,14 @@ impl Waiting<'_> {
         Some(ChildRef(nearest as u32))
     }
 
-    /// Inserts above `bottom`, where larger entries lie deeper.
+    /// Inserts above `bottom`, where larger entries lie deeper. Only damaged trees have more than there is room for: the
+    /// rest is lost.
     #[inline(always)]
     fn insert(&mut self, bottom: usize, entry: Entry) {
         let mut place = self.depth;
+        if place >= self.entries.len() {
+            return;
+        }
         while place > bottom && self.entries[place - 1] < entry {
             self.entries[place] = self.entries[place - 1];
             place -= 1;

@@ -8,17 +8,19 @@
 mod space;
 
 use crate::instance::MeshSpace;
+use crate::judge::Judge;
 use crate::mesh::Leaves;
+use crate::paged::{Begin, End, Missing, Turn};
 use crate::patch::Patch;
-use crate::reach::meet;
-use crate::tree::{Nodes, OverBlocks, OverPages, Tree, Visitor};
+use crate::reach::{Meeting, meet};
+use crate::tree::{Nodes, OverBlocks, OverPages, Subtree, Tree, Visitor};
 use crate::walk::Answers;
-use crate::{Hit, HitFilter, Tracer};
+use crate::{Hit, Tracer};
 use space::{NOWHERE, Place, Space};
-use vastlight_accel::compact::Page;
 use vastlight_accel::ray::TriangleRay;
 use vastlight_accel::wide::{ChildRef, Leaf, WideNode};
 use vastlight_math::{Aabb, Ray};
+use vastlight_paging::Table;
 use vastlight_simd::Simd8;
 
 /// Most rays of a bundle.
@@ -81,6 +83,12 @@ pub(crate) struct Bundle {
     mesh: Space,
     waiting: Vec<Entry>,
     best: [Hit; RAYS],
+    /// Where each hit is and what is missing, and before which turn subtrees are left out, in scenes of pages.
+    ends: [End; RAYS],
+    restarts: [Turn; RAYS],
+    /// The page and the subtree through which the bundle goes.
+    page: u32,
+    subtree: u32,
     /// How far each ray reaches.
     reach: [f32; RAYS],
     /// By lane of `mesh`, as far as `ready` says.
@@ -97,6 +105,10 @@ impl Default for Bundle {
             mesh: Space::default(),
             waiting: Vec::new(),
             best: [Hit::MISS; RAYS],
+            ends: [End::COMPLETE; RAYS],
+            restarts: [Turn::FIRST; RAYS],
+            page: Hit::NONE,
+            subtree: 0,
             reach: [NOWHERE; RAYS],
             triangles: [TriangleRay::default(); RAYS],
             ready: 0,
@@ -108,6 +120,7 @@ impl Default for Bundle {
 /// Rays of a batch that go together.
 pub(crate) struct Job<'a, F, const ANY: bool> {
     pub(crate) tracer: &'a Tracer,
+    pub(crate) pages: &'a Table,
     /// The batch.
     pub(crate) rays: &'a [Ray],
     /// Those of the bundle, at most [`RAYS`].
@@ -118,7 +131,7 @@ pub(crate) struct Job<'a, F, const ANY: bool> {
 impl Bundle {
     /// Traces all rays of the job. False if they turn out not to go together: then nothing is answered.
     #[inline(always)]
-    pub(crate) fn trace<S: Simd8, F: HitFilter, A: Answers, const ANY: bool>(
+    pub(crate) fn trace<S: Simd8, F: Judge, A: Answers, const ANY: bool>(
         &mut self,
         simd: S,
         job: &Job<'_, F, ANY>,
@@ -129,8 +142,11 @@ impl Bundle {
         let mut chosen = 0;
         for i in 0..count {
             let ray = &job.rays[job.patch.index(i)];
-            self.best[i] = Hit::MISS;
-            self.reach[i] = ray.t_max;
+            let Begin { best, found, restart } = answers.begin(job.patch.index(i));
+            (self.best[i], self.reach[i]) = (best, if best.is_hit() { best.t } else { ray.t_max });
+            if F::PAGED {
+                (self.ends[i], self.restarts[i]) = (End { found, ..End::COMPLETE }, restart);
+            }
             let in_order = ray.t_min <= ray.t_max && ray.t_max >= 0.0;
             chosen |= u64::from(in_order) << i;
         }
@@ -146,8 +162,8 @@ impl Bundle {
         if self.tests == 0 {
             return false;
         }
-        for (i, hit) in self.best.iter().enumerate().take(count) {
-            answers.set(job.patch.index(i), hit);
+        for (i, (hit, end)) in self.best.iter().zip(&self.ends).enumerate().take(count) {
+            answers.set(job.patch.index(i), hit, end);
         }
         true
     }
@@ -178,7 +194,7 @@ impl Bundle {
 
     /// Walks among instances.
     #[inline(always)]
-    fn cross_top<S: Simd8, F: HitFilter, const ANY: bool>(
+    fn cross_top<S: Simd8, F: Judge, const ANY: bool>(
         &mut self,
         simd: S,
         job: &Job<'_, F, ANY>,
@@ -212,7 +228,7 @@ impl Bundle {
 
     /// Walks through the mesh of an instance; whether any ray hit it.
     #[inline(always)]
-    fn cross_instance<S: Simd8, F: HitFilter, const ANY: bool>(
+    fn cross_instance<S: Simd8, F: Judge, const ANY: bool>(
         &mut self,
         simd: S,
         job: &Job<'_, F, ANY>,
@@ -232,13 +248,16 @@ impl Bundle {
             Leaves::Blocks(blocks) => {
                 self.cross(simd, &task, &OverBlocks { nodes, blocks, memory }, (root, &bounds))
             }
-            Leaves::Pages(mesh) => self.cross(simd, &task, &OverPages { mesh, memory }, (root, &bounds)),
+            Leaves::Pages(mesh) => {
+                let tree = OverPages { mesh, pages: job.pages, memory };
+                self.cross(simd, &task, &tree, (root, &bounds))
+            }
         }
     }
 
     /// Walks through what is below the root of a tree, whose box is given; whether any ray hit it.
     #[inline(always)]
-    fn cross<S: Simd8, F: HitFilter, const ANY: bool>(
+    fn cross<S: Simd8, F: Judge, const ANY: bool>(
         &mut self,
         simd: S,
         task: &Task<'_, '_, F, ANY>,
@@ -263,7 +282,7 @@ impl Bundle {
 
     /// Tests the rays in some lanes with triangles; whether one was hit.
     #[inline(always)]
-    fn meet<S: Simd8, F: HitFilter, const ANY: bool>(
+    fn meet<S: Simd8, F: Judge, const ANY: bool>(
         &mut self,
         simd: S,
         task: &Task<'_, '_, F, ANY>,
@@ -281,13 +300,54 @@ impl Bundle {
             let mut reach = self.mesh.reach(lane);
             let i = self.mesh.member(lane);
             let ray = (&self.triangles[lane], task.job.patch.index(i));
-            if meet(simd, (leaf, task.instance), ray, task.job.filter, &mut reach, &mut self.best[i]) {
+            let (best, found) = (&mut self.best[i], &mut self.ends[i].found);
+            let mut meeting = Meeting { best, found, unknown: None };
+            let place = (leaf, task.instance, self.page);
+            let met = meet(simd, place, ray, task.job.filter, &mut reach, &mut meeting);
+            if F::PAGED
+                && let Some(attributes) = meeting.unknown
+            {
+                self.miss(task, lane, attributes);
+            }
+            if met {
                 self.reach[i] = if ANY { NOWHERE } else { self.best[i].t };
                 self.mesh.shorten(lane, if ANY { NOWHERE } else { reach.t_max });
                 found_any = true;
             }
         }
         found_any
+    }
+
+    /// The turn of the subtree through which the bundle goes, for the ray in a lane.
+    fn turn<F: Judge, const ANY: bool>(&self, task: &Task<'_, '_, F, ANY>, lane: usize) -> Turn {
+        let tracer = task.job.tracer;
+        let mesh = &tracer.meshes[tracer.placed[task.instance as usize].mesh as usize];
+        let Leaves::Pages(mesh) = mesh.leaves() else { return Turn::NEVER };
+        let ray = &task.job.rays[task.job.patch.index(self.mesh.member(lane))];
+        Turn::new(tracer, ray, task.instance, self.subtree, &mesh.roots[self.subtree as usize])
+    }
+
+    /// Notes that the ray in a lane misses the page of this subtree, or attributes of it.
+    #[cold]
+    fn miss<F: Judge, const ANY: bool>(&mut self, task: &Task<'_, '_, F, ANY>, lane: usize, attributes: u32) {
+        let (i, turn) = (self.mesh.member(lane), self.turn(task, lane));
+        if turn >= self.restarts[i] {
+            self.ends[i].missing.or(Missing { turn, page: self.page, attributes });
+        }
+    }
+
+    /// Whether the turn of this subtree is over for the rays in all of these lanes.
+    #[inline(always)]
+    fn is_over<F: Judge, const ANY: bool>(&self, task: &Task<'_, '_, F, ANY>, mut lanes: u64) -> bool {
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % RAYS;
+            lanes &= lanes - 1;
+            let restart = self.restarts[self.mesh.member(lane)];
+            if restart == Turn::FIRST || self.turn(task, lane) >= restart {
+                return false;
+            }
+        }
+        true
     }
 
     /// Takes the hits in an instance into account among instances.
@@ -345,15 +405,40 @@ struct Visit<'v, 't, 'j, F, const ANY: bool> {
     bounds: Aabb,
 }
 
-impl<S: Simd8, F: HitFilter, const ANY: bool> Visitor<S> for Visit<'_, '_, '_, F, ANY> {
+impl<F: Judge, const ANY: bool> Visit<'_, '_, '_, F, ANY> {
+    /// Notes that the page is missing for all rays that meet the leaf.
+    #[cold]
+    fn missing_page(&mut self) {
+        let mut lanes = self.met;
+        while lanes != 0 {
+            self.bundle.miss(self.task, lanes.trailing_zeros() as usize % RAYS, Hit::NONE);
+            lanes &= lanes - 1;
+        }
+    }
+}
+
+impl<S: Simd8, F: Judge, const ANY: bool> Visitor<S> for Visit<'_, '_, '_, F, ANY> {
     #[inline(always)]
     fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool {
         self.bundle.meet(simd, self.task, triangles, self.met)
     }
 
     #[inline(always)]
-    fn page(&mut self, simd: S, page: &Page<'_>, root: ChildRef) -> bool {
-        self.bundle.cross(simd, self.task, page, (root, &self.bounds))
+    fn subtree(&mut self, simd: S, subtree: &Subtree<'_>) -> bool {
+        let Subtree { number, root, page } = subtree;
+        if F::PAGED {
+            (self.bundle.page, self.bundle.subtree) = (root.page, *number);
+            let filter = self.task.job.filter;
+            if filter.is_done(root.page) || self.bundle.is_over(self.task, self.met) {
+                return false;
+            }
+            match page {
+                Some(_) => filter.uses(root.page),
+                None => self.missing_page(),
+            }
+        }
+        let Some(page) = page else { return false };
+        self.bundle.cross(simd, self.task, page, (root.node(), &self.bounds))
     }
 }
 

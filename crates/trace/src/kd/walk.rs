@@ -7,9 +7,11 @@
 //! are remembered, so that it is rarely crossed again.
 
 use super::KdScene;
-use crate::reach::{Reach, meet};
+use crate::judge::Filtered;
+use crate::paged::{End, Found};
+use crate::reach::{Meeting, Reach, meet};
 use crate::walk::Answers;
-use crate::{Hit, HitFilter, Tracer};
+use crate::{Hit, Tracer};
 use vastlight_accel::kdtree::traverse::{KdRay, Span};
 use vastlight_accel::kdtree::{KdMesh, KdNode};
 use vastlight_accel::ray::{ScaledRay, TriangleRay};
@@ -221,33 +223,34 @@ impl Crossing<'_> {
 
     /// Tests the triangles of a leaf; whether one is hit closer than `best`, which it becomes.
     #[inline(always)]
-    pub(crate) fn test<S: Simd8, F: HitFilter>(
+    pub(crate) fn test<S: Simd8>(
         &mut self,
         simd: S,
         leaf: usize,
         index: usize,
-        filter: &F,
+        filter: Filtered<'_>,
         best: &mut Hit,
     ) -> bool {
         let mut found = false;
         for block in &self.mesh.blocks[self.mesh.nodes[leaf].items()] {
             let ray = (&self.triangles, index);
-            found |= meet(simd, (block, self.instance), ray, filter, &mut self.reach, best);
+            let mut meeting = Meeting { best, found: &mut Found::NONE.clone(), unknown: None };
+            found |= meet(simd, (block, self.instance, 0), ray, &filter, &mut self.reach, &mut meeting);
         }
         found
     }
 }
 
 /// Traces a batch for the closest hits, or with `ANY` for some hit of each ray.
-pub(crate) struct KdBatch<'a, F: HitFilter, A: Answers, const ANY: bool> {
+pub(crate) struct KdBatch<'a, A: Answers, const ANY: bool> {
     pub(crate) tracer: &'a Tracer,
     pub(crate) kd: &'a KdScene,
     pub(crate) rays: &'a [Ray],
-    pub(crate) filter: &'a F,
+    pub(crate) filter: Filtered<'a>,
     pub(crate) answers: A,
 }
 
-impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for KdBatch<'_, F, A, ANY> {
+impl<A: Answers, const ANY: bool> Kernel for KdBatch<'_, A, ANY> {
     type Output = ();
 
     #[inline(always)]
@@ -256,13 +259,13 @@ impl<F: HitFilter, A: Answers, const ANY: bool> Kernel for KdBatch<'_, F, A, ANY
     }
 }
 
-impl<F: HitFilter, A: Answers, const ANY: bool> KdBatch<'_, F, A, ANY> {
+impl<A: Answers, const ANY: bool> KdBatch<'_, A, ANY> {
     #[inline(always)]
     fn run_with<S: Simd8, W: Steps>(mut self, simd: S) {
         let mut steps = (W::default(), W::default());
         for (index, ray) in self.rays.iter().enumerate() {
             let hit = self.follow(simd, index, ray, &mut steps);
-            self.answers.set(index, &hit);
+            self.answers.set(index, &hit, &End::COMPLETE);
         }
     }
 

@@ -4,6 +4,7 @@ mod brute_force;
 mod bundles;
 mod common;
 mod odd_rays;
+mod paged;
 mod sorting;
 mod splitting;
 mod watertight;

@@ -1,0 +1,208 @@
+//! Pages come and go, hits stay: against the same scene in memory.
+
+use crate::common::shapes::{closed_surface, random_soup, thin_soup};
+use crate::common::{Random, beams, closest, occluded, rays_at, scene, tracer};
+use std::collections::BTreeSet;
+use vastlight_accel::compact::{CompactMesh, PackedPage, SLACK};
+use vastlight_accel::wide::{MeshBvh, MeshView};
+use vastlight_accel::{BuildConfig, Scratch};
+use vastlight_math::{Affine3, Ray, Vec3};
+use vastlight_paging::Table;
+use vastlight_scene::Scene;
+use vastlight_simd::Level;
+use vastlight_trace::paged::{Found, PagedBatch, PagedFilter, Pager, Verdict};
+use vastlight_trace::{Hit, HitFilter, Tracer, TracerConfig};
+
+/// Small pages, so that there are many.
+const SLOT: usize = 1 << 11;
+
+/// A scene in pages.
+struct Paged {
+    tracer: Tracer,
+    pages: Vec<PackedPage>,
+    all: Table,
+}
+
+impl Paged {
+    fn new(scene: &Scene, level: Level) -> Self {
+        let (mut meshes, mut pages) = (Vec::new(), Vec::new());
+        for mesh in scene.meshes() {
+            let view = MeshView { positions: &mesh.positions, triangles: &mesh.triangles };
+            let config = BuildConfig { level, ..BuildConfig::default() };
+            let (wide, _) = MeshBvh::build("", &view, &config, &mut Scratch::default()).expect("built");
+            let (mut compact, mut own) = CompactMesh::pack(&wide, SLOT).expect("packed");
+            compact.renumber(pages.len() as u32);
+            pages.append(&mut own);
+            meshes.push(compact);
+        }
+        let config = TracerConfig { level: Some(level), ..TracerConfig::default() };
+        let tracer = Tracer::over_pages(scene, meshes, &config).expect("placed");
+        let all = Table::resident(pages.iter().map(|page| &page.bytes[..]), SLACK);
+        Self { tracer, pages, all }
+    }
+}
+
+/// Keeps few pages and gives away random ones. Every page has one page of attributes, of the same number.
+struct Careless<'a> {
+    paged: &'a Paged,
+    random: Random,
+    slots: usize,
+    resident: BTreeSet<u32>,
+    attributes: &'a std::sync::Mutex<BTreeSet<u32>>,
+    fetches: usize,
+    most_fetches: usize,
+}
+
+impl Pager for Careless<'_> {
+    type Error = &'static str;
+
+    fn table(&self) -> Table {
+        let mut table = Table::new(self.paged.pages.len());
+        for &page in &self.resident {
+            let alone = Table::resident([&self.paged.pages[page as usize].bytes[..]].into_iter(), SLACK);
+            table.set(page, alone.clone().set(0, None));
+        }
+        table
+    }
+
+    fn fetch(&mut self, geometry: &[u32], attributes: &[u32]) -> Result<(), Self::Error> {
+        self.fetches += 1;
+        if self.fetches > self.most_fetches {
+            return Err("it does not end");
+        }
+        let granted = 1 + self.random.below(self.slots);
+        let keep = self.random.unit();
+        self.resident.retain(|_| self.random.unit() < keep);
+        self.resident.extend(geometry.iter().take(granted));
+        if !attributes.is_empty() {
+            let mut known = self.attributes.lock().expect("no panic before");
+            known.clear();
+            known.extend(attributes.iter().take(granted));
+        }
+        Ok(())
+    }
+
+    fn used(&mut self, pages: &[u64]) {
+        for page in 0..self.paged.pages.len() as u32 {
+            let used = pages[page as usize / 64] >> (page % 64) & 1 == 1;
+            assert!(!used || self.resident.contains(&page), "page {page} is not there");
+        }
+    }
+}
+
+/// Passes triangles of every third number; for those of every other page it needs to see attributes.
+struct Thirds<'a> {
+    attributes: &'a std::sync::Mutex<BTreeSet<u32>>,
+}
+
+fn counts(hit: &Hit) -> bool {
+    hit.prim % 3 != 0
+}
+
+impl PagedFilter for Thirds<'_> {
+    fn judge(&self, _ray: usize, hit: &Hit, found: &Found) -> Verdict {
+        let known = self.attributes.lock().expect("no panic before").contains(&found.page);
+        match (found.page % 2 == 1 && !known, counts(hit)) {
+            (true, _) => Verdict::Unknown(found.page),
+            (false, true) => Verdict::Counts,
+            (false, false) => Verdict::Passes,
+        }
+    }
+}
+
+impl HitFilter for Thirds<'_> {
+    fn accepts(&self, _ray: usize, hit: &Hit) -> bool {
+        counts(hit)
+    }
+}
+
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let mut random = Random(11);
+    let soup = random_soup(&mut random, 1500, 0.2, 1.0, Vec3::ZERO);
+    let thin = thin_soup(&mut random, 800, 1e-3);
+    let ball = closed_surface(60, 5, |_| 1.0);
+    let moved = |x: f32| Affine3::from_translation(Vec3::new(x, 0.2, -0.1));
+    vec![
+        ("soup", scene(vec![(soup.clone(), vec![Affine3::IDENTITY])])),
+        ("instances", scene(vec![(ball, vec![moved(0.0), moved(0.5)]), (thin, vec![moved(-0.3); 2])])),
+    ]
+}
+
+fn check(name: &str, scene: &Scene, level: Level, slots: usize) {
+    let paged = Paged::new(scene, level);
+    let resident = tracer(scene, level);
+    let mut random = Random(slots as u64 + 1);
+    let alone = rays_at(&mut random, 400, Vec3::ZERO, 1.0);
+    let rays: Vec<Ray> = [beams(&mut random, &alone[..12]), alone].concat();
+    let attributes = std::sync::Mutex::new(BTreeSet::new());
+    let filter = Thirds { attributes: &attributes };
+    for filtered in [false, true] {
+        let filter = filtered.then_some(&filter as &dyn PagedFilter);
+        let mut pager = Careless {
+            paged: &paged,
+            random: Random(7 * slots as u64 + 3),
+            slots,
+            resident: BTreeSet::new(),
+            attributes: &attributes,
+            fetches: 0,
+            most_fetches: 400 * paged.pages.len(),
+        };
+        let (mut expected, mut hidden) = (closest(&resident, &rays), occluded(&resident, &rays));
+        if filtered {
+            resident.closest(&rays, &Thirds { attributes: &attributes }, &mut expected);
+            resident.occluded(&rays, &Thirds { attributes: &attributes }, &mut hidden);
+        }
+        assert!(expected.iter().filter(|hit| hit.is_hit()).count() > 100, "{name}");
+        let (mut batch, mut hits, mut places) = (PagedBatch::default(), Vec::new(), Vec::new());
+        let take = |_, hit: &Hit, found: &Found| (hits.push(*hit), places.push(*found)).0;
+        batch.closest(&paged.tracer, &mut pager, &rays, filter, take).expect("ends");
+        assert_eq!(hits, expected, "{name}, {slots}, {filtered}");
+        assert!(pager.fetches > 0, "pages did come");
+        check_places(scene, &paged, &hits, &places);
+        let mut answers = vec![false; rays.len()];
+        batch.occluded(&paged.tracer, &mut pager, &rays, filter, &mut answers).expect("ends");
+        assert_eq!(answers, hidden, "{name}, {slots}, {filtered}");
+    }
+}
+
+/// What a hit says about its place is so.
+fn check_places(scene: &Scene, paged: &Paged, hits: &[Hit], places: &[Found]) {
+    for (hit, place) in hits.iter().zip(places).filter(|(hit, _)| hit.is_hit()) {
+        let triangles = &paged.pages[place.page as usize].triangles;
+        assert_eq!(triangles[place.place as usize], hit.prim);
+        let mesh = &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize];
+        let scale = place.corners[0].length() / mesh.corners(hit.prim)[0].length();
+        assert_eq!(place.corners, mesh.corners(hit.prim).map(|corner| corner * scale.round()));
+    }
+    assert!(paged.all.pages() > 20, "{} pages", paged.all.pages());
+}
+
+#[test]
+fn hits_do_not_depend_on_which_pages_are_in_memory() {
+    for (name, scene) in scenes() {
+        for level in Level::available() {
+            for slots in [1, 2, 7, 50] {
+                check(name, &scene, level, slots);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_page_that_cannot_be_had_is_an_error() {
+    let (_, scene) = scenes().swap_remove(0);
+    let paged = Paged::new(&scene, Level::PORTABLE);
+    let attributes = std::sync::Mutex::new(BTreeSet::new());
+    let mut pager = Careless {
+        paged: &paged,
+        random: Random(1),
+        slots: 1,
+        resident: BTreeSet::new(),
+        attributes: &attributes,
+        fetches: 0,
+        most_fetches: 2,
+    };
+    let rays = rays_at(&mut Random(5), 50, Vec3::ZERO, 1.0);
+    let ended = PagedBatch::default().closest(&paged.tracer, &mut pager, &rays, None, |_, _, _| {});
+    assert_eq!(ended, Err("it does not end"));
+}
