@@ -96,7 +96,7 @@ struct Thirds<'a> {
 }
 
 fn counts(hit: &Hit) -> bool {
-    hit.prim % 3 != 0
+    !hit.prim.is_multiple_of(3)
 }
 
 impl PagedFilter for Thirds<'_> {
