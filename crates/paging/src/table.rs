@@ -18,10 +18,15 @@ impl Line {
 /// The memory of a page. It lives for as long as somebody reads it.
 pub type Buffer = Arc<[Line]>;
 
-/// Pages that share an entry of a table's upper level.
-const CHUNK: usize = 256;
+/// Pages that share a group.
+const GROUP: usize = u128::BITS as usize;
 
-type Chunk = [Option<Buffer>; CHUNK];
+/// Pages that follow each other: a bit for each, and the memory of those that are there.
+#[derive(Clone, Debug, Default)]
+struct Group {
+    there: u128,
+    buffers: Option<Arc<[Buffer]>>,
+}
 
 /// Pages by number, those that are in memory.
 ///
@@ -30,7 +35,7 @@ type Chunk = [Option<Buffer>; CHUNK];
 /// out of the original is free when the last of them is gone.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
-    chunks: Vec<Arc<Chunk>>,
+    groups: Arc<[Group]>,
     pages: usize,
 }
 
@@ -38,8 +43,7 @@ impl Table {
     /// A table of so many pages, none of them in memory.
     #[must_use]
     pub fn new(pages: usize) -> Self {
-        let empty: Arc<Chunk> = Arc::new([const { None }; CHUNK]);
-        Self { chunks: vec![empty; pages.div_ceil(CHUNK)], pages }
+        Self { groups: vec![Group::default(); pages.div_ceil(GROUP)].into(), pages }
     }
 
     /// A table with all of `pages` in memory, with `slack` zeros behind each.
@@ -47,7 +51,7 @@ impl Table {
     pub fn resident<'p>(pages: impl ExactSizeIterator<Item = &'p [u8]>, slack: usize) -> Self {
         let mut table = Self::new(pages.len());
         for (number, page) in pages.enumerate() {
-            let mut buffer: Buffer = vec![Line::ZERO; (page.len() + slack).div_ceil(Line::BYTES)].into();
+            let mut buffer = zeroed(page.len() + slack);
             if let Some(lines) = Arc::get_mut(&mut buffer) {
                 bytemuck::cast_slice_mut(lines)[..page.len()].copy_from_slice(page);
             }
@@ -60,18 +64,20 @@ impl Table {
     #[inline(always)]
     #[must_use]
     pub fn page(&self, page: u32) -> Option<&[u8]> {
-        let chunk = self.chunks.get(page as usize / CHUNK)?;
-        chunk[page as usize % CHUNK].as_deref().map(bytemuck::cast_slice)
+        let group = self.groups.get(page as usize / GROUP)?;
+        let (there, index) = group.find(page);
+        if !there {
+            return None;
+        }
+        group.buffers.as_ref()?.get(index).map(|buffer| bytemuck::cast_slice(buffer))
     }
 
     /// The pages that are in memory, ascending.
     pub fn present(&self) -> impl Iterator<Item = u32> {
-        let numbered = |(c, chunk): (usize, &Arc<Chunk>)| {
-            let there: Vec<u32> =
-                (0..CHUNK).filter(|&i| chunk[i].is_some()).map(|i| (c * CHUNK + i) as u32).collect();
-            there
-        };
-        self.chunks.iter().enumerate().flat_map(numbered)
+        (0..)
+            .step_by(GROUP)
+            .zip(&self.groups[..])
+            .flat_map(|(first, group)| group.numbers().map(move |n| first + n))
     }
 
     /// Number of pages, in memory or not.
@@ -82,15 +88,64 @@ impl Table {
 
     /// Puts a page into memory or takes it out; gives the memory that it had.
     pub fn set(&mut self, page: u32, buffer: Option<Buffer>) -> Option<Buffer> {
-        let chunk = Arc::make_mut(self.chunks.get_mut(page as usize / CHUNK)?);
-        std::mem::replace(&mut chunk[page as usize % CHUNK], buffer)
+        if page as usize >= self.pages {
+            return None;
+        }
+        let group = Arc::make_mut(&mut self.groups).get_mut(page as usize / GROUP)?;
+        group.set(page, buffer)
     }
 
     /// Bytes of the pages that are in memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.chunks.iter().flat_map(|chunk| chunk.iter().flatten()).map(|b| size_of_val(&b[..])).sum()
+        let buffers = self.groups.iter().filter_map(|group| group.buffers.as_deref()).flatten();
+        buffers.map(|buffer| size_of_val(&buffer[..])).sum()
     }
+
+    /// Most bytes that a table of so many pages takes with so many in memory, the memory of the pages apart.
+    #[must_use]
+    pub fn own_bytes(pages: usize, in_memory: usize) -> usize {
+        let groups = pages.div_ceil(GROUP);
+        groups * size_of::<Group>() + groups.min(in_memory) * 32 + in_memory * size_of::<Buffer>()
+    }
+}
+
+impl Group {
+    /// Whether a page is there, and how many pages before it are.
+    #[inline(always)]
+    fn find(&self, page: u32) -> (bool, usize) {
+        let bit = 1_u128 << (page as usize % GROUP);
+        (self.there & bit != 0, (self.there & (bit - 1)).count_ones() as usize)
+    }
+
+    /// The pages of the group that are there, ascending.
+    fn numbers(&self) -> impl Iterator<Item = u32> + use<> {
+        let mut rest = self.there;
+        std::iter::from_fn(move || {
+            let number = (rest != 0).then(|| rest.trailing_zeros());
+            rest &= rest.saturating_sub(1);
+            number
+        })
+    }
+
+    fn set(&mut self, page: u32, buffer: Option<Buffer>) -> Option<Buffer> {
+        let (there, index) = self.find(page);
+        let mut buffers = self.buffers.take().map_or_else(Vec::new, |old| old.to_vec());
+        let before = if there { Some(buffers.remove(index)) } else { None };
+        let bit = 1_u128 << (page as usize % GROUP);
+        self.there &= !bit;
+        if let Some(buffer) = buffer {
+            buffers.insert(index, buffer);
+            self.there |= bit;
+        }
+        self.buffers = (!buffers.is_empty()).then(|| buffers.into());
+        before
+    }
+}
+
+/// Memory of zeros for at least so many bytes.
+pub(crate) fn zeroed(bytes: usize) -> Buffer {
+    std::iter::repeat_n(Line::ZERO, bytes.div_ceil(Line::BYTES)).collect()
 }
 
 #[cfg(test)]
@@ -107,5 +162,32 @@ mod tests {
         assert_eq!((table.bytes(), kept.bytes(), Arc::strong_count(&gone)), (128, 320, 2));
         drop(kept);
         assert_eq!(Arc::strong_count(&gone), 1, "free for the next page");
+    }
+
+    /// Against a plain vector, over groups that fill and empty.
+    #[test]
+    fn a_table_is_a_vector_of_pages_that_may_be_missing() {
+        let pages = 300_u32;
+        let (mut table, mut oracle) = (Table::new(pages as usize), vec![None; pages as usize]);
+        let mut state = 1_u32;
+        for step in 0..3000_u32 {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            let page = (state >> 8) % (pages + 5);
+            let put = (state >> 28) < 9;
+            let buffer = put
+                .then(|| Table::resident(std::iter::once(&step.to_le_bytes()[..]), 0).set(0, None))
+                .flatten();
+            let before = table.set(page, buffer).map(|b| bytemuck::cast_slice::<Line, u32>(&b)[0]);
+            let slot = oracle.get_mut(page as usize);
+            assert_eq!(before, slot.and_then(|s| std::mem::replace(s, put.then_some(step))));
+        }
+        for page in 0..pages + 200 {
+            let number = table.page(page).map(|b| bytemuck::cast_slice::<u8, u32>(b)[0]);
+            assert_eq!(number, oracle.get(page as usize).copied().flatten(), "page {page}");
+        }
+        let numbers = (0..pages).filter(|&page| oracle[page as usize].is_some());
+        assert!(table.present().eq(numbers));
+        let there = oracle.iter().flatten().count();
+        assert!(there > 100 && table.bytes() == there * 64);
     }
 }

@@ -1,0 +1,131 @@
+//! A batch of work that needs pages.
+
+use super::Shared;
+use super::error::{PageError, PageFault};
+use super::usage::Usage;
+use crate::table::Table;
+use std::sync::{Arc, Condvar, PoisonError};
+use std::time::Instant;
+
+/// What the cache knows of a batch.
+#[derive(Debug, Default)]
+pub(super) struct Waiting {
+    /// Pages that it waits for.
+    pub(super) missing: usize,
+    /// Why it will not get one of them.
+    pub(super) failure: Option<PageError>,
+    /// Pages that it keeps. All are in the table.
+    pub(super) pins: Vec<u32>,
+    /// Told when no page is missing.
+    pub(super) arrived: Arc<Condvar>,
+}
+
+/// A batch of work over a cache: a snapshot of the table, and the pages that are kept for it.
+///
+/// Its life: compute over [`parts`](Self::parts), [`fetch`](Self::fetch) what was missing, and again, until nothing is.
+#[derive(Debug)]
+pub struct Batch {
+    shared: Arc<Shared>,
+    number: usize,
+    arrived: Arc<Condvar>,
+    table: Table,
+    usage: Usage,
+}
+
+impl Batch {
+    pub(super) fn new(shared: Arc<Shared>, number: usize, arrived: Arc<Condvar>, table: Table) -> Self {
+        let usage = Usage::new(table.pages());
+        Self { shared, number, arrived, table, usage }
+    }
+
+    /// The pages that were in memory at the last fetch.
+    #[must_use]
+    pub fn table(&self) -> &Table {
+        &self.table
+    }
+
+    /// The pages that were in memory at the last fetch, and where to note those that are used.
+    pub fn parts(&mut self) -> (&Table, &mut Usage) {
+        (&self.table, &mut self.usage)
+    }
+
+    /// Asks for pages, the most wanted first, and waits until they are in memory. At most
+    /// [`quota`](super::CacheConfig::quota) of them are granted, and at least one; gives how many, counted from the
+    /// first. A page that is named twice counts twice.
+    ///
+    /// The pages that the last fetch granted are let go first, and the table changes: granted pages are in it and stay
+    /// there until the next fetch.
+    ///
+    /// # Errors
+    /// If a granted page cannot be had: its number, the file, and why. No page is kept then; others that were granted
+    /// may be in the table. It may be tried again.
+    pub fn fetch(&mut self, pages: &[u32]) -> Result<usize, PageError> {
+        self.rest();
+        let granted = &pages[..pages.len().min(self.shared.config.quota())];
+        let known = self.shared.directory.pages();
+        if let Some(&page) = granted.iter().find(|&&page| page as usize >= known) {
+            self.let_go();
+            return Err(PageError { page, fault: PageFault::NoSuchPage { pages: known } });
+        }
+        self.wait_for(granted).map(|()| granted.len())
+    }
+
+    fn wait_for(&mut self, pages: &[u32]) -> Result<(), PageError> {
+        let mut state = self.shared.lock();
+        state.unpin(self.number);
+        for &page in pages {
+            state.ask(self.number, page, &self.shared.directory);
+        }
+        let missing = |waiting: &Option<Waiting>| waiting.as_ref().is_some_and(|w| w.missing > 0);
+        if missing(&state.batches[self.number]) {
+            self.shared.work.notify_all();
+            let start = Instant::now();
+            while !state.closed && missing(&state.batches[self.number]) {
+                state = self.arrived.wait(state).unwrap_or_else(PoisonError::into_inner);
+            }
+            state.stats.stall += start.elapsed();
+        }
+        let failure = state.batches[self.number].as_mut().and_then(|waiting| waiting.failure.take());
+        let closed = || PageError { page: pages.first().copied().unwrap_or(0), fault: PageFault::Closed };
+        let failure = failure.or_else(|| state.closed.then(closed));
+        if failure.is_some() {
+            state.unpin(self.number);
+        }
+        self.table = state.table.clone();
+        failure.map_or(Ok(()), Err)
+    }
+
+    /// Lets go of the snapshot, so that the memory of pages that left the cache can be used again. Pages that the last
+    /// fetch granted stay. [`table`](Self::table) is empty until [`resume`](Self::resume) or the next fetch.
+    ///
+    /// Whoever waits for something else than a fetch of this cache, one of another cache for example, does this first:
+    /// else two who wait could hold what the other needs.
+    pub fn rest(&mut self) {
+        self.table = Table::default();
+        let mut state = self.shared.lock();
+        self.usage.drain(|page| state.used(page));
+        if !state.wanted.is_empty() {
+            self.shared.work.notify_one();
+        }
+    }
+
+    /// Takes the snapshot anew: what is in memory now.
+    pub fn resume(&mut self) {
+        self.table = Table::default();
+        self.table = self.shared.lock().table.clone();
+    }
+
+    /// Lets go of the pages that were kept.
+    fn let_go(&mut self) {
+        self.shared.lock().unpin(self.number);
+    }
+}
+
+impl Drop for Batch {
+    fn drop(&mut self) {
+        self.rest();
+        self.let_go();
+        self.shared.lock().batches[self.number] = None;
+        self.shared.work.notify_all();
+    }
+}

@@ -1,0 +1,60 @@
+//! Which page leaves when room is needed, one algorithm a file.
+
+mod lfu;
+
+pub use lfu::Lfu;
+
+/// Keeps account of the pages in the slots of a cache, and says which to lose.
+///
+/// A slot is announced by [`insert`](Policy::insert) and forgotten when [`evict`](Policy::evict) gives it out.
+pub trait Policy: std::fmt::Debug + Send {
+    /// A page came into a slot; so many batches had asked for it, none if it was read ahead.
+    fn insert(&mut self, slot: u32, page: u32, askers: u32);
+
+    /// A pass of a batch used the page in a slot.
+    fn touch(&mut self, slot: u32);
+
+    /// Appends to `out` up to `count` slots whose pages are to leave, the least worth first. Only slots for which
+    /// `may_leave` holds are given; all of those before fewer than `count` are. If `cold_only`, no page leaves that
+    /// was used lately.
+    fn evict(&mut self, count: usize, cold_only: bool, may_leave: &dyn Fn(u32) -> bool, out: &mut Vec<u32>);
+}
+
+/// The policies there are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PolicyKind {
+    /// [`Lfu`].
+    #[default]
+    Lfu,
+}
+
+impl PolicyKind {
+    /// All of them.
+    pub const ALL: [Self; 1] = [Self::Lfu];
+
+    /// A policy for a cache of so many slots.
+    #[must_use]
+    pub fn make(self, _slots: usize) -> Box<dyn Policy> {
+        match self {
+            Self::Lfu => Box::new(Lfu::new()),
+        }
+    }
+
+    /// The name that a user types.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lfu => "lfu",
+        }
+    }
+}
+
+impl std::str::FromStr for PolicyKind {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let names = || Self::ALL.map(Self::name).join(", ");
+        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        found.ok_or_else(|| format!("no policy is called {name}; there are {}", names()))
+    }
+}
