@@ -5,12 +5,12 @@
 
 mod cache;
 mod directory;
-mod policy;
+pub mod policy;
 mod source;
 mod table;
 
 pub use cache::{Batch, CacheConfig, CacheError, CacheStats, PageCache, PageError, PageFault, Usage};
 pub use directory::{Directory, PageEntry};
-pub use policy::{Lfu, Policy, PolicyKind};
+pub use policy::{Policy, PolicyKind};
 pub use source::{Fault, Faulty, FileSource, KernelCache, MemorySource, Source, SourceError, When};
 pub use table::{Buffer, Line, Table};

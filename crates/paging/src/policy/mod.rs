@@ -1,14 +1,23 @@
 //! Which page leaves when room is needed, one algorithm a file.
 
+mod clock;
 mod lfu;
+mod lru_k;
+pub mod replay;
+mod s3_fifo;
+pub mod traces;
 
+pub use clock::Clock;
 pub use lfu::Lfu;
+pub use lru_k::LruK;
+pub use s3_fifo::S3Fifo;
 
 /// Keeps account of the pages in the slots of a cache, and says which to lose.
 ///
 /// A slot is announced by [`insert`](Policy::insert) and forgotten when [`evict`](Policy::evict) gives it out.
 pub trait Policy: std::fmt::Debug + Send {
-    /// A page came into a slot; so many batches had asked for it, none if it was read ahead.
+    /// A page came into a slot; so many batches had asked for it, none if it was read ahead. A use by each of them
+    /// follows.
     fn insert(&mut self, slot: u32, page: u32, askers: u32);
 
     /// A pass of a batch used the page in a slot.
@@ -16,27 +25,36 @@ pub trait Policy: std::fmt::Debug + Send {
 
     /// Appends to `out` up to `count` slots whose pages are to leave, the least worth first. Only slots for which
     /// `may_leave` holds are given; all of those before fewer than `count` are. If `cold_only`, no page leaves that
-    /// was used lately.
+    /// was used lately, and there may be fewer.
     fn evict(&mut self, count: usize, cold_only: bool, may_leave: &dyn Fn(u32) -> bool, out: &mut Vec<u32>);
 }
 
 /// The policies there are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PolicyKind {
-    /// [`Lfu`].
+    /// [`Lfu`], the published one.
     #[default]
     Lfu,
+    /// [`Clock`].
+    Clock,
+    /// [`LruK`].
+    LruK,
+    /// [`S3Fifo`].
+    S3Fifo,
 }
 
 impl PolicyKind {
     /// All of them.
-    pub const ALL: [Self; 1] = [Self::Lfu];
+    pub const ALL: [Self; 4] = [Self::Lfu, Self::Clock, Self::LruK, Self::S3Fifo];
 
     /// A policy for a cache of so many slots.
     #[must_use]
-    pub fn make(self, _slots: usize) -> Box<dyn Policy> {
+    pub fn make(self, slots: usize) -> Box<dyn Policy> {
         match self {
             Self::Lfu => Box::new(Lfu::new()),
+            Self::Clock => Box::new(Clock::new()),
+            Self::LruK => Box::new(LruK::new(slots)),
+            Self::S3Fifo => Box::new(S3Fifo::new(slots)),
         }
     }
 
@@ -45,6 +63,9 @@ impl PolicyKind {
     pub fn name(self) -> &'static str {
         match self {
             Self::Lfu => "lfu",
+            Self::Clock => "clock",
+            Self::LruK => "lru-2",
+            Self::S3Fifo => "s3-fifo",
         }
     }
 }
