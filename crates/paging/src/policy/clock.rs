@@ -68,7 +68,7 @@ mod tests {
     fn a_used_page_is_spared_once() {
         let mut clock = Clock::new();
         (0..4).for_each(|slot| clock.insert(slot, slot, 1));
-        let mut evict = |clock: &mut Clock, count, cold| {
+        let evict = |clock: &mut Clock, count, cold| {
             let mut out = Vec::new();
             clock.evict(count, cold, &|slot| slot != 3, &mut out);
             out
