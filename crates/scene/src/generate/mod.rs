@@ -73,7 +73,7 @@ const DEMOS: &[Demo] = &[
     Demo {
         name: "plant",
         sizes: Some(Sizes { least: 400_000, most: 1_000_000_000 }),
-        make: Make::Whole(plant::plant),
+        make: Make::Pieces(plant::plant),
     },
     Demo {
         name: "statue",

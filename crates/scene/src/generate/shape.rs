@@ -133,6 +133,14 @@ impl Assembly {
         self
     }
 
+    /// Makes room for so many vertices (without colours) and triangles.
+    pub(super) fn reserve(&mut self, vertices: usize, triangles: usize) {
+        self.shape.positions.reserve(vertices);
+        self.shape.normals.reserve(vertices);
+        self.shape.uvs.reserve(vertices);
+        self.shape.triangles.reserve(triangles);
+    }
+
     /// Triangles so far.
     pub(super) fn triangles(&self) -> usize {
         self.shape.triangles.len()

@@ -126,7 +126,7 @@ fn truss_shape() -> Shape {
 }
 
 /// An I-shaped beam of this depth and flange along z, standing on nothing: centred.
-fn i_beam(depth: f32, flange: f32, length: f32) -> Shape {
+pub(super) fn i_beam(depth: f32, flange: f32, length: f32) -> Shape {
     let (h, w, t) = (depth * 0.5, flange * 0.5, 0.025);
     let outline = [
         [-w, -h],

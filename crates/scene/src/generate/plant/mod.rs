@@ -1,17 +1,26 @@
-//! A plant hall full of pipes: long thin triangles in every direction, as many as are asked for.
+//! A plant full of pipes: long thin triangles in every direction, as many as are asked for.
 //!
-//! The hall, its tanks and its walkways are always there; pipes are laid until the triangles are used up, cables fill
-//! the rest.
+//! Up to [`HALL`] triangles it is one hall: its tanks and its walkways are always there; pipes are laid until the
+//! triangles are used up, cables fill the rest. More triangles are a site of process units under the sky (`site`),
+//! which come mesh by mesh: steelwork, vessels, banks of pipes with flanges and valves, cables (`unit`).
 
+mod cables;
 mod equipment;
+mod fittings;
+mod frame;
 mod hall;
+mod pile;
 mod pipes;
+mod piping;
+mod site;
+mod unit;
+mod vessels;
 
 use super::builder::Builder;
 use super::chance::Chance;
 use super::palette::{brushed, lacquer, srgb, stone};
 use super::{GenerateOptions, textures};
-use crate::{Camera, ColorInput, Encoding, Environment, Material, SceneDesc, Sky};
+use crate::{Camera, ColorInput, Encoding, Environment, Material, SceneDesc, SceneStream, Sky};
 use vastlight_math::{Vec2, Vec3};
 
 /// Half the hall's width, its height under the trusses, and where it begins and ends.
@@ -21,6 +30,7 @@ const NEAR: f32 = 14.0;
 const FAR: f32 = -46.0;
 
 /// Indices of the plant's materials.
+#[derive(Clone, Copy, Debug)]
 struct Finishes {
     concrete: u32,
     brick: u32,
@@ -34,25 +44,33 @@ struct Finishes {
     lamp: u32,
 }
 
+/// Triangles of the fullest hall.
+const HALL: u64 = 6_000_000;
+
 /// The scene.
-pub(super) fn plant(options: &GenerateOptions) -> SceneDesc {
+pub(super) fn plant(options: &GenerateOptions) -> SceneStream {
+    match options.triangles.unwrap_or(1_500_000) {
+        triangles if triangles > HALL => site::site(triangles, options),
+        triangles => one_hall(triangles, options).into(),
+    }
+}
+
+fn one_hall(wanted: u64, options: &GenerateOptions) -> SceneDesc {
     let mut b = Builder::default();
     let finishes = finishes(&mut b, options.seed);
     hall::hall(&mut b, &finishes);
     equipment::equipment(&mut b, &finishes);
     let used: u64 = b.instanced_triangles();
-    let wanted = options.triangles.unwrap_or(1_500_000);
     pipes::pipes(&mut b, &finishes, wanted.saturating_sub(used), &Chance::new(options.seed, 500));
-    b.desc.environment = Some(Environment::Sky(Sky {
-        sun_azimuth: -0.75,
-        sun_elevation: 0.85,
-        turbidity: 4.0,
-        strength: 6.0,
-        ..Sky::default()
-    }));
+    b.desc.environment = Some(sky(-0.75, 0.85, 6.0));
     let (eye, target) = (Vec3::new(-0.25, 4.25, 12.6), Vec3::new(0.6, 5.2, -16.0));
     b.desc.cameras.push(Camera::look_at("walkway", eye, target, 55_f32.to_radians()));
     b.desc
+}
+
+/// A sky whose sun stands at this azimuth and elevation in radians.
+fn sky(sun_azimuth: f32, sun_elevation: f32, strength: f32) -> Environment {
+    Environment::Sky(Sky { sun_azimuth, sun_elevation, turbidity: 4.0, strength, ..Sky::default() })
 }
 
 fn finishes(b: &mut Builder, seed: u64) -> Finishes {
