@@ -61,16 +61,36 @@ impl Batch {
     /// may be in the table. It may be tried again.
     pub fn fetch(&mut self, pages: &[u32]) -> Result<usize, PageError> {
         self.rest();
+        let granted = self.wait_for(pages);
+        self.resume();
+        granted
+    }
+
+    /// [`fetch`](Self::fetch) for batches of several caches that belong together: no snapshot of one is held while
+    /// another waits. Batches of which nothing is wanted keep what they were granted before.
+    ///
+    /// # Errors
+    /// As there, for the first that fails; those behind it are not asked then.
+    pub fn fetch_all(wanted: &mut [(&mut Self, &[u32])]) -> Result<(), PageError> {
+        wanted.iter_mut().for_each(|(batch, _)| batch.rest());
+        let mut asked = wanted.iter_mut().filter(|(_, pages)| !pages.is_empty());
+        let fetched = asked.try_for_each(|(batch, pages)| batch.wait_for(pages).map(|_| ()));
+        wanted.iter_mut().for_each(|(batch, _)| batch.resume());
+        fetched
+    }
+
+    /// Asks for pages and waits for them. The snapshot is let go of before.
+    fn wait_for(&mut self, pages: &[u32]) -> Result<usize, PageError> {
         let granted = &pages[..pages.len().min(self.shared.config.quota())];
         let known = self.shared.directory.pages();
         if let Some(&page) = granted.iter().find(|&&page| page as usize >= known) {
             self.let_go();
             return Err(PageError { page, fault: PageFault::NoSuchPage { pages: known } });
         }
-        self.wait_for(granted).map(|()| granted.len())
+        self.wait_for_all(granted).map(|()| granted.len())
     }
 
-    fn wait_for(&mut self, pages: &[u32]) -> Result<(), PageError> {
+    fn wait_for_all(&self, pages: &[u32]) -> Result<(), PageError> {
         let mut state = self.shared.lock();
         state.unpin(self.number);
         for &page in pages {
@@ -91,15 +111,14 @@ impl Batch {
         if failure.is_some() {
             state.unpin(self.number);
         }
-        self.table = state.table.clone();
         failure.map_or(Ok(()), Err)
     }
 
     /// Lets go of the snapshot, so that the memory of pages that left the cache can be used again. Pages that the last
     /// fetch granted stay. [`table`](Self::table) is empty until [`resume`](Self::resume) or the next fetch.
     ///
-    /// Whoever waits for something else than a fetch of this cache, one of another cache for example, does this first:
-    /// else two who wait could hold what the other needs.
+    /// Whoever waits for something else than a fetch of this cache does this first: else two who wait could hold what
+    /// the other needs. For pages of several caches there is [`fetch_all`](Self::fetch_all).
     pub fn rest(&mut self) {
         self.table = Table::default();
         let mut state = self.shared.lock();
@@ -109,6 +128,11 @@ impl Batch {
         }
     }
 
+    /// Notes the uses of a pass: a bit for each page, as [`Usage`] holds them.
+    pub fn note_used(&mut self, words: &[u64]) {
+        self.usage.add_words(words);
+    }
+
     /// Takes the snapshot anew: what is in memory now.
     pub fn resume(&mut self) {
         self.table = Table::default();
@@ -116,7 +140,7 @@ impl Batch {
     }
 
     /// Lets go of the pages that were kept.
-    fn let_go(&mut self) {
+    fn let_go(&self) {
         self.shared.lock().unpin(self.number);
     }
 }

@@ -12,7 +12,7 @@
 //!
 //! # Nobody waits for ever
 //! That holds if every read of the source ends, every pass of a batch ends, and nobody waits for anything else while it
-//! holds a snapshot ([`Batch::rest`]).
+//! holds a snapshot of any cache ([`Batch::rest`], [`Batch::fetch_all`]).
 //!
 //! 1. *Pins are bounded.* A batch keeps or awaits at most [`CacheConfig::quota`] pages, after it has let go of those that
 //!    it had. There are at most `most_batches` batches, so all of them together name at most `slots` pages: for a quota
@@ -22,8 +22,9 @@
 //!    that has left, or is being filled with a page that nobody awaits any more, because it was read ahead or its batch
 //!    got an error: that read ends, and then the page may leave.
 //! 3. *It becomes usable.* A page that may leave does so when a thread looks for room. One that has left is held by
-//!    snapshots of batches that compute, for a batch that waits has let go of its own. Their passes end, and then they
-//!    fetch, rest or end, which lets go of the snapshot. Threads look again when that happens.
+//!    snapshots of batches that compute, for a batch that waits, here or in another cache, has let go of its own; what
+//!    it keeps there is counted by 1. Their passes end, and then they fetch, rest or end, which lets go of the snapshot.
+//!    Threads look again when that happens.
 //! 4. *No page is passed over for ever.* Threads go through the file in one direction and start anew at its end; a sweep
 //!    is finite, and every page that is awaited when it starts, and for which there is a slot, is read in it.
 //! 5. *A batch goes on when all pages that were granted are there.* They cannot leave meanwhile: they are kept from the

@@ -26,6 +26,18 @@ impl Usage {
         }
     }
 
+    /// Adds all pages of another set, given as words with a bit for each page, page 0 in the lowest bit of the first.
+    pub fn add_words(&mut self, words: &[u64]) {
+        for (index, (word, more)) in
+            (0..).zip(self.words.iter_mut().zip(words)).filter(|(_, (_, more))| **more > 0)
+        {
+            if *word == 0 {
+                self.touched.push(index);
+            }
+            *word |= more;
+        }
+    }
+
     /// True if the page is in the set.
     #[must_use]
     pub fn holds(&self, page: u32) -> bool {
@@ -55,9 +67,10 @@ mod tests {
             usage.add(page);
         }
         assert!(usage.holds(129) && !usage.holds(128) && !usage.holds(4_000_000_000));
+        usage.add_words(&[1 << 5, 0, 1 << 1, u64::MAX]);
         let mut pages = Vec::new();
         usage.drain(|page| pages.push(page));
-        assert_eq!(pages, [129, 3, 64]);
+        assert_eq!(pages, [129, 3, 5, 64]);
         usage.drain(|_| unreachable!("cleared"));
         assert!(!usage.holds(129));
     }

@@ -152,3 +152,40 @@ fn every_page_fits_and_comes_once() {
     assert_eq!((stats.misses, stats.pages_read, stats.evictions, stats.resident_pages), (200, 200, 0, 200));
     assert!(stats.reads < 100, "neighbours are read together: {stats:?}");
 }
+
+/// Two caches, batches that need pages of both, and room for little more than one page each.
+#[test]
+fn batches_of_two_caches_do_not_wait_for_each_other_for_ever() {
+    watched(|| {
+        let make = |seed| {
+            let (source, directory, pages) = sources(seed);
+            let tight = CacheConfig { most_batches: 4, ..config(5) };
+            (PageCache::new(source, directory, tight).expect("sizes fit"), pages)
+        };
+        let caches = [make(40), make(41)];
+        std::thread::scope(|scope| {
+            for number in 0..4 {
+                let caches = &caches;
+                scope.spawn(move || {
+                    let mut numbers = Numbers::new(number + 50);
+                    let [mut one, mut other] =
+                        [0, 1].map(|i| caches[i].0.batch().expect("as many as planned"));
+                    for _ in 0..150 {
+                        let [a, b] = [(); 2].map(|()| [numbers.below(200) as u32]);
+                        let b = if numbers.below(3) == 0 { &[][..] } else { &b };
+                        Batch::fetch_all(&mut [(&mut one, &a), (&mut other, b)]).expect("no faults");
+                        for (batch, page, pages) in
+                            [(&one, a.first(), &caches[0].1), (&other, b.first(), &caches[1].1)]
+                        {
+                            let right = |&p: &u32| {
+                                batch.table().page(p).is_some_and(|m| is_right(m, &pages[p as usize]))
+                            };
+                            assert!(page.is_none_or(right));
+                        }
+                    }
+                });
+            }
+        });
+        caches.iter().for_each(|(cache, _)| cache.validate());
+    });
+}
