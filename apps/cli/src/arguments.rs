@@ -1,12 +1,12 @@
 //! The command line.
 
-use crate::commands::{bench, diff, generate, info, render, validate};
+use crate::commands::{bench, diff, generate, info, pack, render, validate};
 use clap::{Args, Parser, Subcommand};
 use vastlight::{Error, ErrorClass, parse_bytes};
 
 /// A path tracer for scenes of any size
 ///
-/// SCENE is a glTF/GLB, OBJ, PLY or STL file, or demo:NAME. Progress and messages go to stderr, results to stdout.
+/// SCENE is a glTF/GLB, OBJ, PLY or STL file, a store (.vls), or demo:NAME. Progress and messages go to stderr, results to stdout.
 ///
 /// Exit codes: 0 done (also at the time limit), 1 pictures differ (diff --tolerance), 2 usage, 3 scene or input, 4 memory budget, 5 device, 6 output, 7
 /// non-finite samples under --strict, 130 interrupted.
@@ -27,6 +27,7 @@ pub(crate) enum Command {
     Info(info::Info),
     Validate(validate::Validate),
     Generate(generate::Generate),
+    Pack(pack::Pack),
     Diff(diff::Diff),
     /// List every device, and why one is not usable
     Devices,
@@ -40,8 +41,8 @@ pub(crate) struct Common {
     /// Threads; the picture does not depend on it [default: all processors]
     #[arg(short, long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Memory budget, such as 8GiB. Work whose estimate is larger is refused before it starts; scenes larger than the
-    /// budget come with a later version [default: 3/4 of the machine]
+    /// Memory budget, such as 8GiB: the largest resident set of the process. Work that needs more is refused before it
+    /// starts; scenes larger than the budget are packed to a store first [default: 3/4 of the machine]
     #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes)]
     pub(crate) memory: Option<u64>,
     /// Device to compute on; gpu comes with a later version
@@ -105,7 +106,7 @@ impl Common {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Scene options")]
 pub(crate) struct SceneArguments {
-    /// glTF, GLB, OBJ, PLY or STL file, or demo:NAME
+    /// glTF, GLB, OBJ, PLY or STL file, store (.vls), or demo:NAME
     #[arg(value_name = "SCENE")]
     pub(crate) scene: String,
     /// Light from a latitude-longitude map (.exr, .hdr)
@@ -137,7 +138,12 @@ impl SceneArguments {
         Ok(options)
     }
 
-    /// Opens the scene.
+    /// Opens the scene, be it a store or not.
+    pub(crate) fn open(&self, common: &Common) -> Result<vastlight::OpenScene, Error> {
+        vastlight::open(&self.scene, &self.options(common)?)
+    }
+
+    /// Opens the scene in memory.
     pub(crate) fn load(&self, common: &Common) -> Result<vastlight::scene::Scene, Error> {
         vastlight::load(&self.scene, &self.options(common)?)
     }

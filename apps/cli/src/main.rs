@@ -44,6 +44,7 @@ fn run(cli: &Cli, start: Instant) -> Result<Exit, Error> {
         Command::Info(arguments) => commands::info::run(arguments, &cli.common),
         Command::Validate(arguments) => commands::validate::run(arguments, &cli.common),
         Command::Generate(arguments) => commands::generate::run(arguments, &cli.common),
+        Command::Pack(arguments) => commands::pack::run(arguments, &cli.common, start),
         Command::Diff(arguments) => commands::diff::run(arguments),
         Command::Devices => commands::devices::run(&cli.common),
         Command::Bench(arguments) => commands::bench::run(arguments, &cli.common, start),

@@ -48,7 +48,8 @@ impl BoxRay {
     /// Where the ray enters a box, margin included.
     #[must_use]
     pub fn enter(&self, bounds: &Aabb) -> f32 {
-        let near = |axis: usize| if self.enters_by_upper[axis] == 1 { bounds.max[axis] } else { bounds.min[axis] };
+        let near =
+            |axis: usize| if self.enters_by_upper[axis] == 1 { bounds.max[axis] } else { bounds.min[axis] };
         let slab = |axis: usize| near(axis) * self.reciprocal[axis] - self.near_offset[axis];
         slab(0).max(slab(1)).max(slab(2))
     }

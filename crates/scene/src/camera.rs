@@ -1,9 +1,10 @@
 //! Cameras.
 
+use serde::{Deserialize, Serialize};
 use vastlight_math::{Aabb, Affine3, Vec3};
 
 /// How a camera maps directions to the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Projection {
     /// A thin lens.
     Perspective {
@@ -22,7 +23,7 @@ pub enum Projection {
 }
 
 /// A camera looks along its own -z, with +y up.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     /// Name, for `--camera`.
     pub name: String,

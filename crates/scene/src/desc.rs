@@ -1,10 +1,11 @@
 //! The plain description of a scene.
 
 use crate::{Camera, Diagnostics, Environment, Image, Light, Material, Mesh, Texture};
+use serde::{Deserialize, Serialize};
 use vastlight_math::Affine3;
 
 /// One placement of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Instance {
     /// Object space to world space. A mirrored placement (negative determinant) keeps the mesh's outside outside.
     pub world_from_object: Affine3,
@@ -18,7 +19,7 @@ pub struct Instance {
 ///
 /// Right-handed, y up, metres. Colours are linear Rec. 709 (sRGB primaries). Everything that a file had and this
 /// project does not support stands in `diagnostics`.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SceneDesc {
     /// Meshes; shared by instances.
     pub meshes: Vec<Mesh>,

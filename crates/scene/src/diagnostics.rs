@@ -1,9 +1,10 @@
 //! Errors and warnings as values: what, where, and a hint.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// How bad a [`Diagnostic`] is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Severity {
     /// Something was repaired or ignored; the picture is still what the file means, but for what is named.
     Warning,
@@ -12,7 +13,7 @@ pub enum Severity {
 }
 
 /// One finding about a scene.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Diagnostic {
     /// How bad it is.
     pub severity: Severity,
@@ -40,7 +41,7 @@ fn write_line(f: &mut fmt::Formatter<'_>, what: &str, place: &str, hint: &str) -
 }
 
 /// Findings in order of discovery; the same finding is kept once.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Diagnostics {
     items: Vec<Diagnostic>,
 }

@@ -1,9 +1,10 @@
 //! Light from infinity.
 
+use serde::{Deserialize, Serialize};
 use vastlight_math::Vec3;
 
 /// A clear sky with a sun.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sky {
     /// Sun's azimuth, radians, from -z (north) towards +x (east).
     pub sun_azimuth: f32,
@@ -34,7 +35,7 @@ impl Default for Sky {
 }
 
 /// Light from infinity.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Environment {
     /// The same radiance from everywhere.
     Constant(Vec3),

@@ -1,9 +1,10 @@
 //! Decoded images and the way they are sampled.
 
+use serde::{Deserialize, Serialize};
 use vastlight_math::Vec2;
 
 /// Texels of an image, rows from the top, RGBA or fewer channels interleaved.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Texels {
     /// 8 bits a channel.
     U8(Vec<u8>),
@@ -14,7 +15,7 @@ pub enum Texels {
 }
 
 /// A decoded image.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Image {
     /// Name or file, for messages.
     pub name: String,
@@ -29,7 +30,7 @@ pub struct Image {
 }
 
 /// How stored numbers become linear values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Encoding {
     /// Colour channels are sRGB-encoded, alpha is linear.
     Srgb,
@@ -38,7 +39,7 @@ pub enum Encoding {
 }
 
 /// What happens outside [0, 1].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Wrap {
     /// The image repeats.
     Repeat,
@@ -49,7 +50,7 @@ pub enum Wrap {
 }
 
 /// How values between texel centres are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Filter {
     /// The texel that contains the point.
     Nearest,
@@ -58,7 +59,7 @@ pub enum Filter {
 }
 
 /// KHR_texture_transform: uv' = translation * rotation * scale * uv.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TextureTransform {
     /// Offset in texture space.
     pub offset: Vec2,
@@ -74,7 +75,7 @@ impl TextureTransform {
 }
 
 /// An image with the way it is sampled.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Texture {
     /// Index into [`crate::SceneDesc::images`].
     pub image: u32,

@@ -27,5 +27,5 @@ pub use lattice::Lattice;
 pub use light::{IesProfile, Light, LightKind};
 pub use material::{AlphaMode, Channel, ColorInput, Conductor, Material, NormalMap, ScalarInput};
 pub use mesh::{Mesh, Part};
-pub use scene::Scene;
+pub use scene::{MeshExtent, MeshPreparation, Scene};
 pub use stream::{Piece, PieceInstance, Pieces, SceneStream, read_ahead};

@@ -1,10 +1,11 @@
 //! Lights without surface: point, spot, directional; with measured distributions.
 
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vastlight_math::{Affine3, Vec3};
 
 /// What a light is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum LightKind {
     /// Equal radiant intensity in all directions, or an IES profile.
     Point,
@@ -20,7 +21,7 @@ pub enum LightKind {
 }
 
 /// A light without surface. It shines along its own -z axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Light {
     /// Name, for messages and overrides.
     pub name: String,
@@ -37,7 +38,7 @@ pub struct Light {
 }
 
 /// A luminaire's measured far-field distribution (IES LM-63), normalised so that the largest value is 1.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IesProfile {
     /// Vertical angles in degrees, ascending, 0 is straight along the light's -z.
     pub vertical: Vec<f32>,

@@ -1,9 +1,10 @@
 //! The one material: glTF's metallic-roughness model with its KHR extensions, and measured metals.
 
+use serde::{Deserialize, Serialize};
 use vastlight_math::Vec3;
 
 /// A channel of a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Channel {
     /// Red.
     R,
@@ -16,7 +17,7 @@ pub enum Channel {
 }
 
 /// A number, optionally multiplied by a channel of a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScalarInput {
     /// The number.
     pub factor: f32,
@@ -33,7 +34,7 @@ impl ScalarInput {
 }
 
 /// A linear RGB colour, optionally multiplied by a texture.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColorInput {
     /// The colour.
     pub factor: Vec3,
@@ -50,7 +51,7 @@ impl ColorInput {
 }
 
 /// A tangent-space normal map.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NormalMap {
     /// Index into [`crate::SceneDesc::textures`].
     pub texture: u32,
@@ -59,7 +60,7 @@ pub struct NormalMap {
 }
 
 /// How alpha is used.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum AlphaMode {
     /// Alpha is ignored.
     Opaque,
@@ -70,7 +71,7 @@ pub enum AlphaMode {
 }
 
 /// Complex index of refraction of a measured metal, per RGB channel: eta + i k.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conductor {
     /// Real part.
     pub eta: Vec3,
@@ -79,7 +80,7 @@ pub struct Conductor {
 }
 
 /// A physically based surface. Fields follow glTF 2.0 and its KHR_materials extensions, whose texts define them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Name, for messages and overrides.
     pub name: String,

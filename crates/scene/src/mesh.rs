@@ -1,9 +1,10 @@
 //! Triangle meshes.
 
+use serde::{Deserialize, Serialize};
 use vastlight_math::{Aabb, Vec2, Vec3, Vec4};
 
 /// A run of a mesh's triangles that share one material.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// Index of the run's first triangle. Runs follow each other without gaps, the first starts at 0.
     pub first_triangle: u32,
@@ -15,7 +16,7 @@ pub struct Part {
 ///
 /// Attribute arrays are either empty (absent) or as long as `positions`. Where normals are absent the surface is
 /// flat; where tangents are absent they are derived from the normal map's texture coordinates.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Name, for messages, object ids and overrides.
     pub name: String,

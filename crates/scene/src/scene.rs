@@ -15,6 +15,44 @@ pub struct Scene {
     desc: SceneDesc,
     environment: Environment,
     bounds: Aabb,
+    extents: Vec<MeshExtent>,
+}
+
+/// Size of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshExtent {
+    /// Around all triangles.
+    pub bounds: Aabb,
+    /// Number of triangles.
+    pub triangles: u64,
+}
+
+/// Makes meshes fit for a scene, each by itself: see [`Scene::new`].
+#[derive(Clone, Debug)]
+pub struct MeshPreparation {
+    /// By material: the texture coordinates that tangents follow.
+    tangent_sets: Vec<Option<u32>>,
+    materials: usize,
+}
+
+impl MeshPreparation {
+    /// For the meshes of a scene with the materials and textures of `desc`.
+    #[must_use]
+    pub fn new(desc: &SceneDesc) -> Self {
+        let tangent_sets = tangent_sets(&desc.materials, &desc.textures);
+        Self { tangent_sets, materials: desc.materials.len() }
+    }
+
+    /// Collapses unusable triangles, snaps positions, derives tangents; says what was found.
+    ///
+    /// # Errors
+    /// An index out of range.
+    pub fn prepare(&self, mesh: &mut Mesh) -> Result<Vec<Diagnostic>, SceneError> {
+        check_mesh(mesh, self.materials)?;
+        let found = repair_mesh(mesh);
+        tangents::derive(mesh, &self.tangent_sets);
+        Ok(found)
+    }
 }
 
 impl Scene {
@@ -34,19 +72,54 @@ impl Scene {
             desc.materials.push(Material::new("neutral"));
         }
         check_indices(&desc)?;
-        let found: Vec<Diagnostic> = desc.meshes.par_iter_mut().flat_map_iter(repair_mesh).collect();
-        let sets = tangent_sets(&desc.materials, &desc.textures);
-        desc.meshes.par_iter_mut().for_each(|mesh| tangents::derive(mesh, &sets));
-        for diagnostic in found {
-            desc.diagnostics.push(diagnostic);
+        let preparation = MeshPreparation::new(&desc);
+        let mut meshes = std::mem::take(&mut desc.meshes);
+        let found: Vec<_> = meshes.par_iter_mut().map(|mesh| preparation.prepare(mesh)).collect();
+        for found in found {
+            found?.into_iter().for_each(|diagnostic| desc.diagnostics.push(diagnostic));
         }
+        let own = |mesh: &Mesh| MeshExtent { bounds: mesh.bounds(), triangles: mesh.triangles.len() as u64 };
+        let extents = meshes.par_iter().map(own).collect();
+        desc.meshes = meshes;
+        Ok(Self::complete(desc, extents))
+    }
+
+    /// A scene whose meshes went through [`MeshPreparation`] and of which some are elsewhere: those have names and parts
+    /// alone. `extents` says what all meshes are.
+    ///
+    /// # Errors
+    /// The first index out of range.
+    pub fn with_meshes_elsewhere(desc: SceneDesc, extents: Vec<MeshExtent>) -> Result<Self, SceneError> {
+        if desc.materials.is_empty() || extents.len() != desc.meshes.len() {
+            return Err(SceneError::new("a table is missing", "scene", ""));
+        }
+        check_indices(&desc)?;
+        desc.meshes.iter().try_for_each(|mesh| check_mesh(mesh, desc.materials.len()))?;
+        Ok(Self::complete(desc, extents))
+    }
+
+    /// Adds what a description lacks.
+    fn complete(mut desc: SceneDesc, extents: Vec<MeshExtent>) -> Self {
         drop_singular_instances(&mut desc);
-        let bounds = world_bounds(&desc);
+        desc.instances.sort_by_key(|instance| instance.mesh);
+        let bounds = world_bounds(&desc, &extents);
         if desc.cameras.is_empty() {
             desc.cameras.push(Camera::framing(&bounds));
         }
         let environment = environment_or_sky(&mut desc);
-        Ok(Self { desc, environment, bounds })
+        Self { desc, environment, bounds, extents }
+    }
+
+    /// The description, completed.
+    #[must_use]
+    pub fn desc(&self) -> &SceneDesc {
+        &self.desc
+    }
+
+    /// What the meshes are, in their order, be they in memory or elsewhere.
+    #[must_use]
+    pub fn extents(&self) -> &[MeshExtent] {
+        &self.extents
     }
 
     /// Meshes, shared by instances.
@@ -55,7 +128,7 @@ impl Scene {
         &self.desc.meshes
     }
 
-    /// Placements of meshes; an instance's number is its id.
+    /// Placements of meshes, in the order of the meshes; an instance's number is its id.
     #[must_use]
     pub fn instances(&self) -> &[Instance] {
         &self.desc.instances
@@ -118,21 +191,18 @@ impl Scene {
     /// Triangles in all meshes, each mesh counted once.
     #[must_use]
     pub fn unique_triangles(&self) -> u64 {
-        self.desc.meshes.iter().map(|m| m.triangles.len() as u64).sum()
+        self.extents.iter().map(|m| m.triangles).sum()
     }
 
     /// Triangles in all instances.
     #[must_use]
     pub fn instanced_triangles(&self) -> u64 {
-        self.desc.instances.iter().map(|i| self.desc.meshes[i.mesh as usize].triangles.len() as u64).sum()
+        self.desc.instances.iter().map(|i| self.extents[i.mesh as usize].triangles).sum()
     }
 }
 
 /// Every index between tables is in range, every attribute array has its length.
 fn check_indices(desc: &SceneDesc) -> Result<(), SceneError> {
-    for mesh in &desc.meshes {
-        check_mesh(mesh, desc.materials.len())?;
-    }
     let place = |i: usize| format!("instance {i}");
     for (i, instance) in desc.instances.iter().enumerate() {
         if instance.mesh as usize >= desc.meshes.len() {
@@ -241,11 +311,10 @@ fn drop_singular_instances(desc: &mut SceneDesc) {
     }
 }
 
-fn world_bounds(desc: &SceneDesc) -> Aabb {
-    let object_bounds: Vec<Aabb> = desc.meshes.par_iter().map(Mesh::bounds).collect();
+fn world_bounds(desc: &SceneDesc, extents: &[MeshExtent]) -> Aabb {
     desc.instances
         .iter()
-        .map(|i| object_bounds[i.mesh as usize].transformed(&i.world_from_object))
+        .map(|i| extents[i.mesh as usize].bounds.transformed(&i.world_from_object))
         .fold(Aabb::EMPTY, Aabb::union)
 }
 

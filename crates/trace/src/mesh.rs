@@ -1,6 +1,7 @@
 //! A mesh in one of its layouts.
 
 use crate::instance::MeshSpace;
+use std::sync::Arc;
 use vastlight_accel::compact::CompactMesh;
 use vastlight_accel::wide::traverse::Memory;
 use vastlight_accel::wide::{Block8, ChildRef, MeshBvh, Node8};
@@ -36,7 +37,7 @@ impl Layout {
 #[derive(Debug)]
 pub(crate) enum MeshTree {
     Wide(MeshBvh),
-    Compact(CompactMesh),
+    Compact(Arc<CompactMesh>),
 }
 
 /// What the leaves of a mesh's upper nodes are.

@@ -4,10 +4,12 @@ use crate::instance::{MeshSpace, Placed, Places};
 use crate::judge::Filtered;
 use crate::kd::{KdBatch, KdScene};
 use crate::mesh::{Layout, MeshTree};
+use crate::paged::Found;
 use crate::patch::{ROWS, rows};
 use crate::walk::{Answers, Batch};
 use crate::{AcceptAll, Hit, HitFilter};
 use rayon::prelude::*;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use vastlight_accel::build::resolve;
 use vastlight_accel::compact::{CompactError, CompactMesh, PackedPage, SLACK};
@@ -132,7 +134,7 @@ impl Tracer {
         let mut packed = Vec::new();
         for (mut mesh, build, pages) in built {
             if let MeshTree::Compact(mesh) = &mut mesh {
-                mesh.renumber(packed.len() as u32);
+                Arc::make_mut(mesh).renumber(packed.len() as u32);
             }
             packed.extend(pages);
             meshes.push(mesh);
@@ -170,7 +172,7 @@ impl Tracer {
     /// [`TraceError::Build`] for an unknown builder.
     pub fn over_pages(
         scene: &Scene,
-        meshes: Vec<CompactMesh>,
+        meshes: Vec<Arc<CompactMesh>>,
         config: &TracerConfig,
     ) -> Result<Self, TraceError> {
         let start = Instant::now();
@@ -300,6 +302,13 @@ impl Tracer {
         in_parallel(rays, occluded, |rays, occluded| self.occluded(rays, &AcceptAll, occluded));
     }
 
+    /// The place of a hit with its corners as they are in the mesh.
+    pub(crate) fn unscaled(&self, hit: &Hit, found: Found) -> Found {
+        let Some(placed) = self.placed.get(hit.instance as usize) else { return found };
+        let scale = 1.0 / self.meshes[placed.mesh as usize].space().scale;
+        Found { corners: found.corners.map(|corner| corner * scale), ..found }
+    }
+
     /// Around all that rays can hit.
     #[must_use]
     pub fn world(&self) -> &Aabb {
@@ -354,7 +363,7 @@ fn build_meshes(
         let start = Instant::now();
         let (compact, pages) = CompactMesh::pack(&wide, CompactMesh::SLOT)?;
         build.stages.push(("pack", start.elapsed()));
-        Ok((MeshTree::Compact(compact), build, pages))
+        Ok((MeshTree::Compact(Arc::new(compact)), build, pages))
     };
     used_meshes(scene).par_iter().map_init(Scratch::default, build).collect()
 }

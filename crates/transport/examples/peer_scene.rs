@@ -70,7 +70,7 @@ fn render(renderer: &Renderer<'_>, samples: u32) -> (Vec<[f32; 3]>, RenderStats)
     let render_tile = |tile| {
         let mut found = Vec::new();
         let mut sink = |pixel: [u32; 2], s: &Sample| found.push((pixel, s.radiance));
-        let stats = renderer.render_tile(tile, 0..samples, &mut sink);
+        let stats = renderer.render_tile(tile, 0..samples, &mut sink).expect("in memory");
         (found, stats)
     };
     let tiles: Vec<_> = region.split(16).into_par_iter().map(render_tile).collect();

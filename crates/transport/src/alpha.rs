@@ -3,10 +3,13 @@
 //! Blending is stochastic: the hit counts with probability alpha, decided by a hash of the sample and the triangle.
 //! The expected picture is the exact blend in any order of surfaces, and no ray needs to be continued or sorted.
 
+use crate::corners::{Corners, MeshCorners};
 use crate::surface::{attributes, mesh_of};
 use crate::veil::Veils;
 use crate::wavefront::Context;
 use vastlight_math::rng::hash_to_unit;
+use vastlight_paging::Table;
+use vastlight_trace::paged::{Found, PagedFilter, Verdict};
 use vastlight_trace::{Hit, HitFilter};
 
 /// Accepts hits by alpha. `keys` has a number for each ray of the batch, the same for the same sample and vertex.
@@ -23,16 +26,32 @@ impl AlphaFilter<'_> {
     }
 
     /// Whether the surface is there, for a material that has alpha.
-    pub(crate) fn is_there(&self, ray: usize, hit: &Hit) -> bool {
+    pub(crate) fn is_there(&self, ray: usize, hit: &Hit, corners: &impl Corners) -> bool {
         let Context { scene, materials, .. } = self.context;
         let material = mesh_of(scene, hit).material_of(hit.prim);
-        let alpha = materials.alpha(material, &attributes(scene, hit, materials.uv_sets(material)));
+        let alpha = materials.alpha(material, &attributes(corners, hit, materials.uv_sets(material)));
         alpha >= 1.0 || (alpha > 0.0 && hash_to_unit(&[self.keys[ray], hit.instance, hit.prim]) < alpha)
     }
 }
 
 impl HitFilter for AlphaFilter<'_> {
     fn accepts(&self, ray: usize, hit: &Hit) -> bool {
-        !self.veils(hit).alpha || self.is_there(ray, hit)
+        !self.veils(hit).alpha || {
+            let corners = MeshCorners::new(mesh_of(self.context.scene, hit), hit);
+            self.is_there(ray, hit, &corners)
+        }
+    }
+}
+
+impl PagedFilter for AlphaFilter<'_> {
+    fn judge(&self, ray: usize, hit: &Hit, found: &Found, attributes: &Table) -> Verdict {
+        if !self.veils(hit).alpha {
+            return Verdict::Counts;
+        }
+        match self.context.corners(hit, found, attributes) {
+            Ok(corners) if self.is_there(ray, hit, &corners) => Verdict::Counts,
+            Ok(_) => Verdict::Passes,
+            Err(page) => Verdict::Unknown(page),
+        }
     }
 }

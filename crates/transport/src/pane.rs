@@ -8,10 +8,15 @@
 //! channels, which does not depend on the order in which the tracer finds the panes, nor on how often.
 
 use crate::alpha::AlphaFilter;
+use crate::corners::{MeshCorners, PageCorners};
+use crate::surface::mesh_of;
+use crate::veil::Veils;
 use crate::vertex::Vertex;
 use std::sync::atomic::{AtomicU8, Ordering};
 use vastlight_math::rng::hash_to_unit;
 use vastlight_math::{Ray, Vec3};
+use vastlight_paging::Table;
+use vastlight_trace::paged::{Found, PagedFilter, Verdict};
 use vastlight_trace::{Hit, HitFilter};
 
 /// All channels blocked.
@@ -28,9 +33,9 @@ pub(crate) struct ShadowFilter<'a> {
 
 impl ShadowFilter<'_> {
     /// The channels that the pane at a hit blocks.
-    fn blocks(&self, ray: usize, hit: &Hit) -> u8 {
+    fn blocks(&self, ray: usize, hit: &Hit, corners: Option<&PageCorners>) -> u8 {
         let (mut own_material, mut own_bsdf) = (None, None);
-        let vertex = Vertex::new(self.alpha.context, &self.rays[ray], hit, &mut own_material);
+        let vertex = Vertex::new(self.alpha.context, &self.rays[ray], hit, corners, &mut own_material);
         let bsdf = vertex.bsdf_alone(&mut own_bsdf);
         let passed = bsdf.straight(vertex.frame.to_local(vertex.wo));
         // Another number than the one that decides about alpha.
@@ -39,17 +44,39 @@ impl ShadowFilter<'_> {
     }
 }
 
+impl ShadowFilter<'_> {
+    /// Whether nothing passes any more after a pane that blocks these channels.
+    fn is_blocked(&self, ray: usize, blocks: u8) -> bool {
+        self.blocked[ray].fetch_or(blocks, Ordering::Relaxed) | blocks == OPAQUE
+    }
+}
+
 impl HitFilter for ShadowFilter<'_> {
     fn accepts(&self, ray: usize, hit: &Hit) -> bool {
         let veils = self.alpha.veils(hit);
-        if veils.alpha && !self.alpha.is_there(ray, hit) {
-            return false;
+        if veils.alpha {
+            let corners = MeshCorners::new(mesh_of(self.alpha.context.scene, hit), hit);
+            if !self.alpha.is_there(ray, hit, &corners) {
+                return false;
+            }
         }
-        if !veils.pane {
-            return true;
+        !veils.pane || self.is_blocked(ray, self.blocks(ray, hit, None))
+    }
+}
+
+impl PagedFilter for ShadowFilter<'_> {
+    fn judge(&self, ray: usize, hit: &Hit, found: &Found, attributes: &Table) -> Verdict {
+        let veils = self.alpha.veils(hit);
+        if veils == Veils::default() {
+            return Verdict::Counts;
         }
-        let blocks = self.blocks(ray, hit);
-        self.blocked[ray].fetch_or(blocks, Ordering::Relaxed) | blocks == OPAQUE
+        let corners = match self.alpha.context.corners(hit, found, attributes) {
+            Ok(corners) => corners,
+            Err(page) => return Verdict::Unknown(page),
+        };
+        let passes = veils.alpha && !self.alpha.is_there(ray, hit, &corners)
+            || veils.pane && !self.is_blocked(ray, self.blocks(ray, hit, Some(&corners)));
+        if passes { Verdict::Passes } else { Verdict::Counts }
     }
 }
 

@@ -4,6 +4,7 @@ use crate::ao::AmbientOcclusion;
 use crate::camera::CameraRays;
 use crate::light::Lights;
 use crate::material::MaterialTable;
+use crate::pages::{PageWalk, PagedGeometry, PagesError};
 use crate::path::PathTracing;
 use crate::placement::Placement;
 use crate::primary::Primary;
@@ -37,6 +38,7 @@ pub struct Renderer<'a> {
     camera: CameraRays,
     veils: VeilIndex,
     placements: Vec<Placement>,
+    pages: Option<PagedGeometry<'a>>,
 }
 
 impl<'a> Renderer<'a> {
@@ -52,7 +54,13 @@ impl<'a> Renderer<'a> {
         let camera = CameraRays::new(&settings);
         let veils = VeilIndex::new(scene, materials);
         let placements = Placement::all(scene);
-        Self { scene, tracer, materials, lights, camera, veils, placements, settings }
+        Self { scene, tracer, materials, lights, camera, veils, placements, pages: None, settings }
+    }
+
+    /// The same for a scene whose meshes are in pages: the tracer must have been made over these.
+    #[must_use]
+    pub fn with_pages(self, pages: PagedGeometry<'a>) -> Self {
+        Self { pages: Some(pages), ..self }
     }
 
     /// What is rendered.
@@ -65,7 +73,15 @@ impl<'a> Renderer<'a> {
     ///
     /// Sample `i` of a pixel is a pure function of scene, settings, pixel and `i`: tiles and ranges may be cut in any
     /// way and rendered in any order. Samples that are not finite are counted and not handed on.
-    pub fn render_tile(&self, tile: Tile, samples: Range<u32>, sink: &mut impl SampleSink) -> RenderStats {
+    ///
+    /// # Errors
+    /// A page of a scene in pages cannot be had. The whole integrator `whitted` has no walk through pages: it meets nothing there.
+    pub fn render_tile(
+        &self,
+        tile: Tile,
+        samples: Range<u32>,
+        sink: &mut impl SampleSink,
+    ) -> Result<RenderStats, PagesError> {
         let s = &self.settings;
         match s.integrator {
             Integrator::Path => self.render_waves(&PathTracing { direct_only: false }, tile, samples, sink),
@@ -89,11 +105,20 @@ impl<'a> Renderer<'a> {
         tile: Tile,
         samples: Range<u32>,
         sink: &mut impl SampleSink,
-    ) -> RenderStats {
+    ) -> Result<RenderStats, PagesError> {
         let mut waves = Shaded { wave: WAVE.take(), shade };
+        waves.wave.walk_through(self.walk()?);
         let stats = self.render_with(&mut waves, tile, samples, sink);
+        waves.wave.walk_through(None);
         WAVE.set(waves.wave);
         stats
+    }
+
+    fn walk(&self) -> Result<Option<PageWalk>, PagesError> {
+        Ok(match self.pages {
+            Some(pages) => Some(PageWalk::new(pages.caches.pager()?)),
+            None => None,
+        })
     }
 
     fn render_with(
@@ -102,7 +127,7 @@ impl<'a> Renderer<'a> {
         tile: Tile,
         samples: Range<u32>,
         sink: &mut impl SampleSink,
-    ) -> RenderStats {
+    ) -> Result<RenderStats, PagesError> {
         let context = Context {
             scene: self.scene,
             tracer: self.tracer,
@@ -112,13 +137,14 @@ impl<'a> Renderer<'a> {
             camera: &self.camera,
             veils: &self.veils,
             placements: &self.placements,
+            pages: self.pages,
         };
         let mut stats = RenderStats::default();
         let starts = Starts::new(tile, samples);
         let mut first = 0;
         while first < starts.len() {
             let last = starts.len().min(first + WAVE_PATHS);
-            let mut results = batches.run(&context, starts.runs(first..last), &mut stats).iter();
+            let mut results = batches.run(&context, starts.runs(first..last), &mut stats)?.iter();
             for run in starts.runs(first..last) {
                 for sample in results.by_ref().take(run.samples.len()) {
                     if sample.is_finite() {
@@ -131,6 +157,6 @@ impl<'a> Renderer<'a> {
             stats.samples += last - first;
             first = last;
         }
-        stats
+        Ok(stats)
     }
 }

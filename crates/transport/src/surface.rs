@@ -6,10 +6,11 @@
 //! G. Humphreys, "Physically Based Rendering", 4th ed., 6.8.6. Rays start at the bound's distance from the surface
 //! along the geometric normal, so that no ray meets the triangle it leaves.
 
+use crate::corners::{Corners, MeshCorners};
 use crate::material::ShadingPoint;
 use crate::placement::Placement;
 use vastlight_math::glam::DVec3;
-use vastlight_math::{Frame, Vec2, Vec3, Vec4};
+use vastlight_math::{Affine3, Frame, Vec2, Vec3, Vec4};
 use vastlight_scene::{Mesh, Scene};
 use vastlight_trace::Hit;
 
@@ -39,35 +40,34 @@ impl Surface {
     #[must_use]
     pub fn new(scene: &Scene, hit: &Hit, uv_sets: usize, tangent_uv: Option<u32>) -> Self {
         let instance = &scene.instances()[hit.instance as usize];
-        Self::placed(scene, &Placement::new(&instance.world_from_object), hit, uv_sets, tangent_uv)
+        let map = &instance.world_from_object;
+        let corners = MeshCorners::new(mesh_of(scene, hit), hit);
+        Self::placed((map, &Placement::new(map)), hit, &corners, uv_sets, tangent_uv)
     }
 
-    /// [`Surface::new`] with the placement of the hit instance.
+    /// [`Surface::new`] with the placement of the hit instance and the corners of the hit triangle.
     #[inline(always)]
     pub(crate) fn placed(
-        scene: &Scene,
-        placement: &Placement,
+        (map, placement): (&Affine3, &Placement),
         hit: &Hit,
+        corners: &impl Corners,
         uv_sets: usize,
         tangent_uv: Option<u32>,
     ) -> Self {
-        let instance = &scene.instances()[hit.instance as usize];
-        let map = &instance.world_from_object;
-        let mesh = &scene.meshes()[instance.mesh as usize];
-        let corners = Corners::new(mesh, hit);
-        let points = corners.of(&mesh.positions);
-        let position = map.transform_point3(corners.blend(points));
+        let weights = Weights::of(hit);
+        let points = corners.points();
+        let position = map.transform_point3(weights.blend(points));
         let normal = placement.normal(face_normal(points), Vec3::Z);
         Self {
             position,
             offset: placement.error(points, position) * normal.abs().element_sum(),
             normal,
-            smooth_normal: smooth_normal(mesh, &corners, placement, normal),
+            smooth_normal: smooth_normal(corners, &weights, placement, normal),
             tangent: tangent_uv.map_or(Vec4::ZERO, |set| {
-                let tangent = tangent(mesh, &corners, points, set);
+                let tangent = tangent(corners, &weights, points, set);
                 map.transform_vector3(tangent.truncate()).extend(tangent.w * placement.handedness)
             }),
-            attributes: corners.attributes(mesh, uv_sets),
+            attributes: attributes(corners, hit, uv_sets),
         }
     }
 
@@ -116,51 +116,35 @@ pub(crate) fn mesh_of<'s>(scene: &'s Scene, hit: &Hit) -> &'s Mesh {
 }
 
 /// Texture coordinates and colour alone: all that alpha depends on.
-pub(crate) fn attributes(scene: &Scene, hit: &Hit, uv_sets: usize) -> ShadingPoint {
-    let mesh = mesh_of(scene, hit);
-    Corners::new(mesh, hit).attributes(mesh, uv_sets)
+#[inline(always)]
+pub(crate) fn attributes(corners: &impl Corners, hit: &Hit, uv_sets: usize) -> ShadingPoint {
+    let (weights, mut point) = (Weights::of(hit), ShadingPoint::default());
+    for (set, uv) in point.uvs.iter_mut().enumerate().take(uv_sets) {
+        if let Some(uvs) = corners.uvs(set) {
+            *uv = weights.blend(uvs);
+        }
+    }
+    if let Some(colors) = corners.colors() {
+        point.color = weights.blend(colors);
+    }
+    point
 }
 
 /// The interpolated normal in the half space of `normal`; `normal` itself where there is none.
 #[inline(always)]
-fn smooth_normal(mesh: &Mesh, corners: &Corners, placement: &Placement, normal: Vec3) -> Vec3 {
-    if mesh.normals.is_empty() {
-        return normal;
-    }
-    let smooth = placement.normal(corners.blend(corners.of(&mesh.normals)), normal);
+fn smooth_normal(corners: &impl Corners, weights: &Weights, placement: &Placement, normal: Vec3) -> Vec3 {
+    let Some(normals) = corners.normals() else { return normal };
+    let smooth = placement.normal(weights.blend(normals), normal);
     if smooth.dot(normal) < 0.0 { -smooth } else { smooth }
 }
 
-/// The corners of a hit triangle and their weights.
-struct Corners {
-    index: [usize; 3],
-    weight: [f32; 3],
-}
+/// Weights of the corners of a hit triangle.
+struct Weights([f32; 3]);
 
-impl Corners {
-    #[inline]
-    fn new(mesh: &Mesh, hit: &Hit) -> Self {
-        let index = mesh.triangles[hit.prim as usize].map(|i| i as usize);
-        Self { index, weight: [1.0 - hit.u - hit.v, hit.u, hit.v] }
-    }
-
-    #[inline]
-    fn of<T: Copy>(&self, values: &[T]) -> [T; 3] {
-        self.index.map(|i| values[i])
-    }
-
+impl Weights {
     #[inline(always)]
-    fn attributes(&self, mesh: &Mesh, uv_sets: usize) -> ShadingPoint {
-        let mut point = ShadingPoint::default();
-        for (uv, set) in point.uvs.iter_mut().take(uv_sets).zip(&mesh.uvs) {
-            if !set.is_empty() {
-                *uv = self.blend(self.of(set));
-            }
-        }
-        if !mesh.colors.is_empty() {
-            point.color = self.blend(self.of(&mesh.colors));
-        }
-        point
+    fn of(hit: &Hit) -> Self {
+        Self([1.0 - hit.u - hit.v, hit.u, hit.v])
     }
 
     #[inline]
@@ -168,7 +152,7 @@ impl Corners {
     where
         T: std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>,
     {
-        a * self.weight[0] + b * self.weight[1] + c * self.weight[2]
+        a * self.0[0] + b * self.0[1] + c * self.0[2]
     }
 }
 
@@ -181,15 +165,10 @@ fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
 }
 
 /// Tangent in object space with the bitangent's sign: the mesh's own, or the direction in which `u` grows.
-fn tangent(mesh: &Mesh, corners: &Corners, points: [Vec3; 3], set: u32) -> Vec4 {
-    if mesh.tangents.is_empty() {
-        match mesh.uvs.get(set as usize) {
-            Some(uvs) if !uvs.is_empty() => tangent_of_uvs(points, corners.of(uvs)),
-            _ => Vec4::ZERO,
-        }
-    } else {
-        let [a, b, c] = corners.of(&mesh.tangents);
-        corners.blend([a, b, c].map(Vec4::truncate)).extend(a.w)
+fn tangent(corners: &impl Corners, weights: &Weights, points: [Vec3; 3], set: u32) -> Vec4 {
+    match corners.tangents() {
+        Some(tangents) => weights.blend(tangents.map(Vec4::truncate)).extend(tangents[0].w),
+        None => corners.uvs(set as usize).map_or(Vec4::ZERO, |uvs| tangent_of_uvs(points, uvs)),
     }
 }
 

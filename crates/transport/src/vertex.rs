@@ -1,13 +1,15 @@
 //! A path's vertex: the surface that a ray met, its material and its scattering.
 
 use crate::bsdf::{Bsdf, Wavelength};
+use crate::corners::{MeshCorners, PageCorners};
 use crate::light::LightSample;
 use crate::material::Evaluated;
 use crate::medium::MediumStack;
+use crate::placement::Placement;
 use crate::sample::Sample;
 use crate::surface::{Surface, mesh_of};
 use crate::wavefront::{Context, PathState, WAVELENGTH_DIMENSION};
-use vastlight_math::{FAR, Frame, Ray, Vec3};
+use vastlight_math::{Affine3, FAR, Frame, Ray, Vec3};
 use vastlight_trace::Hit;
 
 /// Shortens shadow rays so that they do not meet the light itself.
@@ -29,19 +31,29 @@ pub(crate) struct Vertex<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// `own` takes the material where it is not the same everywhere.
+    /// `corners` are those of the hit triangle where its mesh is not in memory; `own` takes the material where it is not the
+    /// same everywhere.
     #[inline(always)]
     pub(crate) fn new(
         context: &'a Context<'_>,
         ray: &Ray,
         hit: &Hit,
+        corners: Option<&PageCorners>,
         own: &'a mut Option<Evaluated>,
     ) -> Self {
         let material = mesh_of(context.scene, hit).material_of(hit.prim);
         let table = context.materials;
         let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context, material));
-        let placement = &context.placements[hit.instance as usize];
-        let surface = Surface::placed(context.scene, placement, hit, table.uv_sets(material), tangent_uv);
+        let map = &context.scene.instances()[hit.instance as usize].world_from_object;
+        let place = (map, &context.placements[hit.instance as usize]);
+        let uv_sets = table.uv_sets(material);
+        let surface = match corners {
+            None => {
+                let corners = MeshCorners::new(mesh_of(context.scene, hit), hit);
+                Surface::placed(place, hit, &corners, uv_sets, tangent_uv)
+            }
+            Some(corners) => surface_in_page(place, hit, corners, uv_sets, tangent_uv),
+        };
         let mut frame = surface.frame();
         let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {
             Some((evaluated, bsdf)) => (evaluated, Some(bsdf)),
@@ -186,4 +198,16 @@ fn tangent_uv_set(context: &Context<'_>, material: u32) -> u32 {
 
 fn unit(color: Vec3) -> Vec3 {
     color.clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+/// [`Surface::placed`] of corners in a page.
+#[inline(never)]
+fn surface_in_page(
+    place: (&Affine3, &Placement),
+    hit: &Hit,
+    corners: &PageCorners,
+    uv_sets: usize,
+    tangent_uv: Option<u32>,
+) -> Surface {
+    Surface::placed(place, hit, corners, uv_sets, tangent_uv)
 }

@@ -43,7 +43,7 @@ fn bits(r: &Renderer<'_>, tile: u32, range: u32, threads: usize, backwards: bool
         let mut sink = |pixel: [u32; 2], s: &Sample| {
             found.push((pixel, first, s.radiance.to_array().map(f32::to_bits)));
         };
-        r.render_tile(tile, first..(first + range).min(SAMPLES), &mut sink);
+        r.render_tile(tile, first..(first + range).min(SAMPLES), &mut sink).expect("in memory");
         found
     };
     let mut found: Vec<_> = pool.install(|| jobs.par_iter().flat_map_iter(render).collect());

@@ -63,7 +63,7 @@ fn lamp_error(radiance: f32, sampling: DirectSampling) -> (f64, f64) {
         (n, sum, squares) = (n + 1.0, sum + error, squares + error * error);
     };
     with_renderer(&lamp_over_floor(radiance), settings, |r| {
-        r.render_tile(r.settings().region(), 0..64, &mut sink);
+        r.render_tile(r.settings().region(), 0..64, &mut sink).expect("in memory");
     });
     let mean = sum / n;
     (mean, ((squares / n - mean * mean) / n).sqrt())
@@ -236,7 +236,9 @@ fn depth_normal_and_ids_of_the_first_hit_are_right() {
             middle = Some(*s);
         }
     };
-    with_renderer(&scene, settings, |r| r.render_tile(r.settings().region(), 0..1, &mut sink));
+    with_renderer(&scene, settings, |r| {
+        r.render_tile(r.settings().region(), 0..1, &mut sink).expect("in memory")
+    });
     let s = middle.expect("a sample of the middle pixel");
     assert_eq!((s.object, s.material, s.coverage), (1, 1, 1.0));
     assert!((s.depth - 4.0).abs() < 0.02 && s.normal.z > 0.98 && (s.position.z - 1.0).abs() < 0.02, "{s:?}");

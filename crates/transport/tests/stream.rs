@@ -42,7 +42,7 @@ fn bits(accel: &str, settings: &RenderSettings, tile: u32, threads: usize) -> Ve
             let mut found = Vec::new();
             let mut sink =
                 |pixel: [u32; 2], s: &Sample| found.push((pixel, s.radiance.to_array().map(f32::to_bits)));
-            renderer.render_tile(tile, 0..2, &mut sink);
+            renderer.render_tile(tile, 0..2, &mut sink).expect("in memory");
             found
         };
         let tiles = renderer.settings().region().split(tile);

@@ -2,11 +2,11 @@
 //!
 //! ```no_run
 //! use std::sync::atomic::AtomicBool;
-//! use vastlight::{CameraChoice, Control, LoadOptions, RenderRequest, load, render};
+//! use vastlight::{CameraChoice, Control, LoadOptions, RenderRequest, open, render};
 //! use vastlight::transport::RenderSettings;
 //!
-//! let scene = load("demo:cornell", &LoadOptions::default())?;
-//! let camera = CameraChoice::default().resolve(&scene)?;
+//! let scene = open("demo:cornell", &LoadOptions::default())?;
+//! let camera = CameraChoice::default().resolve(&scene.scene)?;
 //! let request = RenderRequest::new(RenderSettings::new(camera, 256, 256), 16);
 //! let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
 //! let picture = render(&scene, &request, &control)?.develop();
@@ -20,16 +20,21 @@ mod error;
 mod ids;
 mod load;
 mod memory;
+mod open;
 mod overrides;
+mod pack;
+mod paged;
 mod passes;
 mod render;
 mod stats;
 
 pub use camera::CameraChoice;
 pub use error::{Error, ErrorClass};
-pub use load::{LoadOptions, describe, load};
+pub use load::{LoadOptions, describe, load, stream};
 pub use memory::{MemoryEstimate, default_budget_bytes, human_bytes, parse_bytes, peak_rss_bytes};
+pub use open::{OpenScene, StoredMeshes, open, open_store};
 pub use overrides::Overrides;
+pub use pack::pack;
 pub use render::{Control, Progress, RenderRequest, Rendered, render};
 pub use stats::{Ending, SceneCounts, Stats};
 
@@ -38,7 +43,9 @@ pub use vastlight_export as export;
 pub use vastlight_film as film;
 pub use vastlight_import as import;
 pub use vastlight_math as math;
+pub use vastlight_paging as paging;
 pub use vastlight_scene as scene;
 pub use vastlight_simd as simd;
+pub use vastlight_store as store;
 pub use vastlight_trace as trace;
 pub use vastlight_transport as transport;

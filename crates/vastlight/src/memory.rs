@@ -23,7 +23,7 @@ const STRUCTURE_BYTES_PER_TRIANGLE: u64 = 150;
 /// Bytes of the acceleration structure an instance.
 const STRUCTURE_BYTES_PER_INSTANCE: u64 = 300;
 /// Bytes of the wavefront of one thread.
-const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
+pub(crate) const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
 /// The process itself.
 const BASE_BYTES: u64 = 24 << 20;
 
@@ -34,13 +34,11 @@ impl MemoryEstimate {
         let instances = scene.instances().len() as u64;
         let mesh_bytes: u64 = scene.meshes().iter().map(mesh_bytes).sum();
         let image_bytes: u64 = scene.images().iter().map(image_bytes).sum();
-        // Sums, then up to 22 developed f32 planes twice (in the picture and in the file).
-        let film_per_pixel = FilmTile::bytes_per_pixel(aovs) as u64 + 2 * 4 * (3 + 3 * aovs.len() as u64);
         Self {
             scene: mesh_bytes + image_bytes + instances * size_of::<vastlight_scene::Instance>() as u64,
             structure: scene.unique_triangles() * STRUCTURE_BYTES_PER_TRIANGLE
                 + instances * STRUCTURE_BYTES_PER_INSTANCE,
-            film: pixels * film_per_pixel,
+            film: film_bytes(pixels, aovs),
             paths: threads as u64 * WAVE_BYTES_PER_THREAD + BASE_BYTES,
         }
     }
@@ -65,6 +63,12 @@ impl MemoryEstimate {
         let hint = "a larger --memory, a smaller picture or fewer AOVs; out-of-core scenes come with a later version";
         Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
     }
+}
+
+/// Bytes of a film, its picture, and the file in memory.
+pub(crate) fn film_bytes(pixels: u64, aovs: &[Aov]) -> u64 {
+    // Sums, then up to 22 developed f32 planes twice (in the picture and in the file).
+    pixels * (FilmTile::bytes_per_pixel(aovs) as u64 + 2 * 4 * (3 + 3 * aovs.len() as u64))
 }
 
 fn mesh_bytes(mesh: &Mesh) -> u64 {
@@ -100,6 +104,11 @@ pub fn default_budget_bytes() -> Option<u64> {
 #[must_use]
 pub fn peak_rss_bytes() -> Option<u64> {
     proc_kilobytes("/proc/self/status", "VmHWM:")
+}
+
+/// The resident set of the process now, bytes. `None` where the system does not say.
+pub(crate) fn rss_bytes() -> Option<u64> {
+    proc_kilobytes("/proc/self/status", "VmRSS:")
 }
 
 /// A line `KEY  123 kB` of a file of the proc file system, in bytes.

@@ -2,17 +2,16 @@
 
 use crate::ids::Ids;
 use crate::passes::PassSchedule;
-use crate::stats::{Ending, SceneCounts, Stats};
-use crate::{Error, ErrorClass, peak_rss_bytes};
+use crate::stats::{Ending, PagingStats, SceneCounts, Stats};
+use crate::{Error, ErrorClass, OpenScene, StoredMeshes, paged, peak_rss_bytes};
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
-use vastlight_scene::Scene;
 use vastlight_trace::{Tracer, TracerConfig};
 use vastlight_transport::{
-    Lights, MaterialTable, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile,
+    Lights, MaterialTable, PagedGeometry, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile,
 };
 
 /// What to render.
@@ -28,13 +27,22 @@ pub struct RenderRequest {
     pub time_limit: Option<Duration>,
     /// How rays are traced.
     pub tracer: TracerConfig,
+    /// Largest resident set of the process, for scenes in stores; `None` for three quarters of the machine.
+    pub memory: Option<u64>,
 }
 
 impl RenderRequest {
     /// `spp` samples a pixel without auxiliary outputs or time limit.
     #[must_use]
     pub fn new(settings: RenderSettings, spp: u32) -> Self {
-        Self { settings, spp, aovs: Vec::new(), time_limit: None, tracer: TracerConfig::default() }
+        Self {
+            settings,
+            spp,
+            aovs: Vec::new(),
+            time_limit: None,
+            tracer: TracerConfig::default(),
+            memory: None,
+        }
     }
 }
 
@@ -86,26 +94,46 @@ impl Rendered {
     }
 }
 
-/// Renders a scene on the threads of the current rayon pool. Bits depend on scene and request alone, not on threads.
+/// Renders a scene on the threads of the current rayon pool; a scene in a store on twice as many, of which some wait for
+/// pages. Bits depend on scene and request alone, not on threads, nor on what is in memory.
 ///
 /// # Errors
-/// If the acceleration structure cannot be built.
-pub fn render(scene: &Scene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
+/// If the acceleration structure cannot be built, a scene in a store does not fit into the memory of the request, or a
+/// page cannot be had.
+pub fn render(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
+    match &open.stored {
+        None => render_with(open, request, control),
+        Some(_) => paged::pool()?.install(|| render_with(open, request, control)),
+    }
+}
+
+fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
     let start = Instant::now();
-    let tracer = Tracer::new(scene, &request.tracer)
-        .map_err(|e| Error::new(ErrorClass::Usage, e.to_string(), "--accel", ""))?;
+    let scene = &open.scene;
+    let tracer = match &open.stored {
+        None => Tracer::new(scene, &request.tracer),
+        Some(stored) => Tracer::over_pages(scene, stored.meshes.clone(), &request.tracer),
+    };
+    let tracer = tracer.map_err(|e| Error::new(ErrorClass::Usage, e.to_string(), "--accel", ""))?;
     let build_ms = millis(start.elapsed());
     let prepare_start = Instant::now();
     let materials = MaterialTable::new(scene);
     let lights = Lights::new(scene, &materials);
     let renderer = Renderer::new(scene, &tracer, &materials, &lights, request.settings.clone());
+    let caches = open.stored.as_ref().map(|stored| paged::caches(stored, request)).transpose()?;
+    let renderer = match (&open.stored, &caches) {
+        (Some(StoredMeshes { index, layouts, .. }), Some(caches)) => {
+            renderer.with_pages(PagedGeometry { caches, index, layouts })
+        }
+        _ => renderer,
+    };
     let ids = Ids::new(scene, &request.aovs);
     let prepare_ms = millis(prepare_start.elapsed());
 
     let mut film = Film::new(film_settings(request));
     let deadline = request.time_limit.and_then(|limit| start.checked_add(limit));
     let run = Run::new(&renderer, &ids, request, control, deadline);
-    let outcome = run.all_passes(&mut film);
+    let outcome = run.all_passes(&mut film)?;
     let total = outcome.cost;
     let stats = Stats {
         device: "cpu",
@@ -129,6 +157,7 @@ pub fn render(scene: &Scene, request: &RenderRequest, control: &Control<'_>) -> 
         msamples_per_s: total.samples as f64 / (outcome.render_ms * 1e3).max(1e-9),
         structure_bytes: tracer.report().bytes,
         peak_rss_bytes: peak_rss_bytes(),
+        paging: caches.as_ref().map(PagingStats::new),
     };
     Ok(Rendered { film, mattes: ids.mattes(), stats })
 }
@@ -211,7 +240,7 @@ impl<'r> Run<'r> {
         Self { renderer, ids, request, control, start, deadline, samples, samples_total }
     }
 
-    fn all_passes(&self, film: &mut Film) -> Outcome {
+    fn all_passes(&self, film: &mut Film) -> Result<Outcome, Error> {
         let mut schedule = PassSchedule::new(self.request.spp);
         let mut outcome = Outcome {
             cost: RenderStats::default(),
@@ -224,7 +253,7 @@ impl<'r> Run<'r> {
         while let Some(samples) = schedule.next(self.start.elapsed(), self.time_left()) {
             let last = samples.end;
             let may_stop = samples.start > 0;
-            outcome.cost += self.pass(film, samples, outcome.spp, may_stop);
+            outcome.cost += self.pass(film, samples, outcome.spp, may_stop)?;
             if self.cancelled() || (may_stop && self.out_of_time()) {
                 break;
             }
@@ -236,31 +265,37 @@ impl<'r> Run<'r> {
         }
         outcome.ending = self.ending(outcome.spp);
         outcome.render_ms = millis(self.start.elapsed());
-        outcome
+        Ok(outcome)
     }
 
     /// Adds the given samples to every tile. Tiles are skipped once the render is to stop.
-    fn pass(&self, film: &mut Film, samples: std::ops::Range<u32>, spp: u32, may_stop: bool) -> RenderStats {
+    fn pass(
+        &self,
+        film: &mut Film,
+        samples: std::ops::Range<u32>,
+        spp: u32,
+        may_stop: bool,
+    ) -> Result<RenderStats, Error> {
         let reporting = Mutex::new(());
         let tile_cost = |tile: &mut FilmTile| {
             if self.cancelled() || (may_stop && self.out_of_time()) {
-                return RenderStats::default();
+                return Ok(RenderStats::default());
             }
             let window = tile.window();
             let region = Tile { min: [window.x0, window.y0], max: [window.x1, window.y1] };
             let mut sink = TileSink { tile, ids: self.ids };
-            let cost = self.renderer.render_tile(region, samples.clone(), &mut sink);
+            let cost = self.renderer.render_tile(region, samples.clone(), &mut sink)?;
             self.samples.fetch_add(cost.samples, Ordering::Relaxed);
             if let Ok(_one_at_a_time) = reporting.try_lock() {
                 (self.control.progress)(&self.progress(spp));
             }
-            cost
+            Ok(cost)
         };
         let add = |mut a: RenderStats, b| {
             a += b;
-            a
+            Ok(a)
         };
-        film.tiles_mut().par_iter_mut().with_max_len(1).map(tile_cost).reduce(RenderStats::default, add)
+        film.tiles_mut().par_iter_mut().with_max_len(1).map(tile_cost).try_reduce(RenderStats::default, add)
     }
 
     fn cancelled(&self) -> bool {

@@ -1,7 +1,9 @@
 //! What a render was and what it cost, for `--stats`.
 
 use serde::Serialize;
+use vastlight_paging::PageCache;
 use vastlight_scene::Scene;
+use vastlight_trace::paged::Caches;
 
 /// How a render ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -53,6 +55,54 @@ impl SceneCounts {
     }
 }
 
+/// What the caches of a scene in a store did.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PagingStats {
+    /// Pages of geometry.
+    pub geometry: CacheCounts,
+    /// Pages of attributes.
+    pub attributes: CacheCounts,
+}
+
+/// What a cache did.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CacheCounts {
+    /// Uses of pages that were in memory.
+    pub hits: u64,
+    /// Pages that were asked for and not in memory.
+    pub misses: u64,
+    /// Pages that left the cache.
+    pub evictions: u64,
+    /// Reads of the store.
+    pub reads: u64,
+    /// Bytes read.
+    pub bytes_read: u64,
+    /// Time that batches waited, milliseconds, all together.
+    pub stall_ms: f64,
+    /// Pages in memory at the end.
+    pub resident_pages: u64,
+}
+
+impl PagingStats {
+    /// What the caches have done so far.
+    #[must_use]
+    pub fn new(caches: &Caches) -> Self {
+        let counts = |cache: &PageCache| {
+            let stats = cache.stats();
+            CacheCounts {
+                hits: stats.hits,
+                misses: stats.misses,
+                evictions: stats.evictions,
+                reads: stats.reads,
+                bytes_read: stats.bytes_read,
+                stall_ms: stats.stall.as_secs_f64() * 1e3,
+                resident_pages: stats.resident_pages as u64,
+            }
+        };
+        Self { geometry: counts(&caches.geometry), attributes: counts(&caches.attributes) }
+    }
+}
+
 /// What a render was and what it cost. Times are milliseconds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stats {
@@ -98,4 +148,6 @@ pub struct Stats {
     pub structure_bytes: u64,
     /// Largest resident set of the process so far; `None` where the system does not say.
     pub peak_rss_bytes: Option<u64>,
+    /// What the page caches did, for a scene in a store.
+    pub paging: Option<PagingStats>,
 }

@@ -24,7 +24,8 @@ pub(crate) struct Info {
 const PIXELS: u64 = 1920 * 1080;
 
 pub(crate) fn run(arguments: &Info, common: &Common) -> Result<Exit, Error> {
-    let scene = arguments.scene.load(common)?;
+    let open = arguments.scene.open(common)?;
+    let scene = open.scene;
     let estimate = MemoryEstimate::new(&scene, PIXELS, &[], rayon::current_num_threads());
     let text = if arguments.json {
         format!("{}\n", as_json(&arguments.scene.scene, &scene, &estimate))

@@ -6,5 +6,6 @@ pub(crate) mod diff;
 pub(crate) mod generate;
 pub(crate) mod info;
 pub(crate) mod later;
+pub(crate) mod pack;
 pub(crate) mod render;
 pub(crate) mod validate;

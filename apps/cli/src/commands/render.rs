@@ -17,8 +17,8 @@ use vastlight::scene::{Camera, Scene};
 use vastlight::trace::TracerConfig;
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, RenderRequest, Rendered, Stats,
-    human_bytes,
+    CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, RenderRequest, Rendered,
+    Stats, human_bytes,
 };
 
 /// The arguments of `render`.
@@ -152,7 +152,8 @@ impl PictureArguments {
         let settings = self.settings(choice.resolve(scene)?)?;
         let tracer =
             TracerConfig { accel: self.accel.clone().unwrap_or_default(), ..TracerConfig::default() };
-        Ok(RenderRequest { settings, spp: self.spp, aovs, time_limit: self.time_limit, tracer })
+        let time_limit = self.time_limit;
+        Ok(RenderRequest { time_limit, aovs, tracer, ..RenderRequest::new(settings, self.spp) })
     }
 
     fn settings(&self, camera: Camera) -> Result<RenderSettings, Error> {
@@ -202,16 +203,18 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let reporter = Reporter::new(arguments.output.progress, common.quiet);
     let cancel = interrupt::flag()?;
 
-    let scene = arguments.scene.load(common)?;
+    let open = arguments.scene.open(common)?;
+    let scene = &open.scene;
     let load_ms = millis(start.elapsed());
-    show_findings(&scene, common, &reporter);
-    let mut request = arguments.picture.request(&scene, arguments.output.aov.clone())?;
+    show_findings(scene, common, &reporter);
+    let mut request = arguments.picture.request(scene, arguments.output.aov.clone())?;
+    request.memory = common.memory;
     request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
-    check_memory(&scene, &request, common)?;
+    check_request(&open, &request, common)?;
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.scene));
 
     let control = Control { cancel, progress: &|p| reporter.update(p) };
-    let rendered = vastlight::render(&scene, &request, &control)?;
+    let rendered = vastlight::render(&open, &request, &control)?;
     reporter.finish();
     common.say(|| details(&rendered.stats));
     if rendered.film.samples() == 0 {
@@ -321,8 +324,20 @@ fn warn(reporter: &Reporter, common: &Common, message: &str) {
     }
 }
 
+/// Refuses what cannot be done with a scene.
+pub(crate) fn check_request(open: &OpenScene, request: &RenderRequest, common: &Common) -> Result<(), Error> {
+    if open.stored.is_none() {
+        return check_memory(&open.scene, request, common);
+    }
+    if request.settings.integrator == Integrator::Whitted {
+        let hint = "render the file that the store was packed from, or use path, direct, primary or ao";
+        return Err(Error::usage("whitted needs the scene in memory", "--integrator", hint));
+    }
+    Ok(())
+}
+
 /// Refuses a picture that cannot fit into the budget.
-pub(crate) fn check_memory(scene: &Scene, request: &RenderRequest, common: &Common) -> Result<(), Error> {
+fn check_memory(scene: &Scene, request: &RenderRequest, common: &Common) -> Result<(), Error> {
     let pixels = request.settings.region().pixels();
     let estimate = MemoryEstimate::new(scene, pixels, &request.aovs, rayon::current_num_threads());
     match common.memory.or_else(vastlight::default_budget_bytes) {

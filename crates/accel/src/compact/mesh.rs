@@ -24,7 +24,8 @@ impl PageRoot {
     }
 
     /// The same with pages counted from another number on.
-    pub(super) fn moved(self, by: u32) -> Self {
+    #[must_use]
+    pub fn moved(self, by: u32) -> Self {
         Self { page: self.page + by, ..self }
     }
 

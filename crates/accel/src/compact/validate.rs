@@ -40,12 +40,15 @@ impl CompactMesh {
             for slot in 0..8 {
                 let child = self.nodes[node].children[slot];
                 if child != ChildRef::NONE && child.is_leaf() {
-                    nodes[node].children[slot] = self.unpack_root(pages, child.index(), &mut nodes, &mut blocks)?;
+                    nodes[node].children[slot] =
+                        self.unpack_root(pages, child.index(), &mut nodes, &mut blocks)?;
                 }
             }
         }
         let root = match self.root {
-            Some(root) if root.is_leaf() => Some(self.unpack_root(pages, root.index(), &mut nodes, &mut blocks)?),
+            Some(root) if root.is_leaf() => {
+                Some(self.unpack_root(pages, root.index(), &mut nodes, &mut blocks)?)
+            }
             root => root,
         };
         Ok(Unpacked { nodes, blocks, root })

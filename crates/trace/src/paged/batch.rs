@@ -79,7 +79,9 @@ impl PagedBatch {
         mut answer: impl FnMut(usize, &Hit, &Found),
     ) -> Result<(), P::Error> {
         self.trace::<P, false>(tracer, pager, rays, filter)?;
-        self.ways.iter().enumerate().for_each(|(i, way)| answer(i, &way.best, &way.found));
+        for (i, way) in self.ways.iter().enumerate() {
+            answer(i, &way.best, &tracer.unscaled(&way.best, way.found));
+        }
         Ok(())
     }
 
@@ -113,10 +115,15 @@ impl PagedBatch {
         self.numbers.extend(0..rays.len() as u32);
         self.rays.clear();
         self.rays.extend(rays);
-        let mut table = pager.table();
+        pager.fetch(&[], &[])?;
+        let mut table = pager.geometry();
         self.done.clear(table.pages());
         loop {
-            self.pass::<ANY>(tracer, &table, filter);
+            if ANY {
+                self.pass_for_any(tracer, &table, &pager.attributes(), filter);
+            } else {
+                self.pass_for_closest(tracer, &table, &pager.attributes(), filter);
+            }
             pager.used(&self.used.words());
             self.keep_unfinished::<ANY>(rays, table.pages());
             if self.rays.is_empty() {
@@ -126,16 +133,45 @@ impl PagedBatch {
             // Pages that are taken out of memory meanwhile are free only without this.
             drop(table);
             pager.fetch(&self.wanted.geometry, &self.wanted.attributes)?;
-            table = pager.table();
+            table = pager.geometry();
         }
     }
 
-    fn pass<const ANY: bool>(&mut self, tracer: &Tracer, table: &Table, filter: Option<&dyn PagedFilter>) {
+    // Compiled here, and not anew wherever there is a pager.
+    #[inline(never)]
+    fn pass_for_closest(
+        &mut self,
+        tracer: &Tracer,
+        table: &Table,
+        attributes: &Table,
+        filter: Option<&dyn PagedFilter>,
+    ) {
+        self.pass::<false>(tracer, table, attributes, filter);
+    }
+
+    #[inline(never)]
+    fn pass_for_any(
+        &mut self,
+        tracer: &Tracer,
+        table: &Table,
+        attributes: &Table,
+        filter: Option<&dyn PagedFilter>,
+    ) {
+        self.pass::<true>(tracer, table, attributes, filter);
+    }
+
+    fn pass<const ANY: bool>(
+        &mut self,
+        tracer: &Tracer,
+        table: &Table,
+        attributes: &Table,
+        filter: Option<&dyn PagedFilter>,
+    ) {
         self.used.clear(table.pages());
         self.undecided.clear(table.pages());
         let (numbers, ways) = (&self.numbers[..], &mut self.ways[..]);
         let (done, used, undecided) = (&self.done, &self.used, &self.undecided);
-        let filter = &PassFilter { filter, numbers, done, used, undecided };
+        let filter = &PassFilter { filter, tracer, attributes, numbers, done, used, undecided };
         let (pages, rays, answers) = (table, &self.rays[..], Ways { numbers, ways });
         tracer.level().dispatch(Batch::<_, _, ANY> { tracer, pages, rays, filter, answers });
     }

@@ -1,9 +1,10 @@
 //! What decides about hits and pages in a pass.
 
 use super::{Found, PagedFilter, Verdict};
-use crate::Hit;
 use crate::judge::Judge;
+use crate::{Hit, Tracer};
 use std::sync::atomic::{AtomicU64, Ordering};
+use vastlight_paging::Table;
 
 /// Numbers of pages as bits.
 #[derive(Debug, Default)]
@@ -44,6 +45,8 @@ impl PageSet {
 pub(super) struct PassFilter<'a> {
     /// None where every hit counts.
     pub(super) filter: Option<&'a dyn PagedFilter>,
+    pub(super) tracer: &'a Tracer,
+    pub(super) attributes: &'a Table,
     /// Numbers in the whole batch by numbers in the pass.
     pub(super) numbers: &'a [u32],
     /// Pages that all rays of the pass have looked through before.
@@ -60,8 +63,8 @@ impl Judge for PassFilter<'_> {
     #[inline(always)]
     fn judge(&self, ray: usize, hit: &Hit, found: impl FnOnce() -> Found) -> Verdict {
         let Some(filter) = self.filter else { return Verdict::Counts };
-        let found = found();
-        let verdict = filter.judge(self.numbers[ray] as usize, hit, &found);
+        let found = self.tracer.unscaled(hit, found());
+        let verdict = filter.judge(self.numbers[ray] as usize, hit, &found, self.attributes);
         if matches!(verdict, Verdict::Unknown(_)) {
             self.undecided.insert(found.page);
         }

@@ -19,10 +19,12 @@
 //! can be on their way at once.
 
 mod batch;
+mod caches;
 mod filter;
 mod progress;
 
 pub use batch::PagedBatch;
+pub use caches::{CachePager, Caches};
 pub(crate) use progress::{Begin, End, Missing, Turn};
 
 use crate::Hit;
@@ -32,7 +34,7 @@ use vastlight_paging::Table;
 /// Where a hit was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// The triangle's corners in its mesh's space, scaled as the mesh is.
+    /// The triangle's corners in its mesh's space.
     pub corners: [Vec3; 3],
     /// Number of the page.
     pub page: u32,
@@ -58,8 +60,8 @@ pub enum Verdict {
 
 /// Decides whether a hit counts; see [`crate::HitFilter`]. What it answered once it must answer again.
 pub trait PagedFilter: Sync {
-    /// Whether `hit` of the ray number `ray` in the batch counts.
-    fn judge(&self, ray: usize, hit: &Hit, found: &Found) -> Verdict;
+    /// Whether `hit` of the ray number `ray` in the batch counts; `attributes` are the pages of attributes in memory.
+    fn judge(&self, ray: usize, hit: &Hit, found: &Found, attributes: &Table) -> Verdict;
 }
 
 /// Brings pages into memory.
@@ -67,12 +69,15 @@ pub trait Pager {
     /// Why a page cannot be had.
     type Error;
 
-    /// The pages that are in memory now. They stay for as long as the table is kept.
-    fn table(&self) -> Table;
+    /// The pages of geometry that are in memory now. They stay for as long as the table is kept.
+    fn geometry(&self) -> Table;
+
+    /// The pages of attributes that are in memory now.
+    fn attributes(&self) -> Table;
 
     /// Waits for pages of geometry and of attributes, the most wanted first in each; not for all of them if they are many,
     /// but at least for the first of each. They stay in memory until the next call; those of a kind of which nothing is wanted now,
-    /// longer.
+    /// longer. With nothing wanted it only sees anew what is in memory.
     ///
     /// # Errors
     /// A page cannot be had.

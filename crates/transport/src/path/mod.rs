@@ -95,7 +95,8 @@ impl PathTracing {
     fn arrive<'a, 'w: 'a>(&self, stage: &mut Stage<'w>, i: usize, own: &'a mut Own) -> Option<Arrival<'a>> {
         let (context, ray, hit, slot) = (stage.context, &stage.rays[i], &stage.hits[i], stage.slots[i]);
         let (path, sample) = (&mut stage.paths[slot as usize], &mut stage.samples[slot as usize]);
-        let vertex = Vertex::new(context, ray, hit, &mut own.material);
+        let corners = stage.corners.map(|corners| &corners[i]);
+        let vertex = Vertex::new(context, ray, hit, corners, &mut own.material);
         path.throughput *= absorption(context, &vertex, path, hit.t);
         let bsdf = vertex.bsdf(context, path, &mut own.bsdf);
         if stage.depth == 1 {

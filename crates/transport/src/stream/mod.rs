@@ -22,6 +22,7 @@ use crate::wavefront::{Batches, Context, Run};
 use records::{Load, Sum};
 use shade::{Derived, StreamFilter};
 use vastlight_math::{Ray, Sampler};
+use vastlight_paging::PageError;
 use vastlight_trace::stream::{Outlets, StreamRay};
 
 /// Rays for which a kernel is worth running while there are more to generate.
@@ -52,7 +53,7 @@ impl Batches for Stream {
         context: &Context<'_>,
         runs: impl Iterator<Item = Run>,
         stats: &mut RenderStats,
-    ) -> &[Sample] {
+    ) -> Result<&[Sample], PageError> {
         self.samplers.clear();
         self.sums.clear();
         self.samples.clear();
@@ -79,7 +80,7 @@ impl Batches for Stream {
         for (sample, sum) in self.samples.iter_mut().zip(&self.sums) {
             sample.radiance = sum.value();
         }
-        &self.samples
+        Ok(&self.samples)
     }
 }
 

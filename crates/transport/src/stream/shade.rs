@@ -37,7 +37,7 @@ pub(super) fn shade(
         return load.weight * context.lights.environment(ray.direction);
     }
     let mut own_material = None;
-    let vertex = Vertex::new(context, &ray, &hit, &mut own_material);
+    let vertex = Vertex::new(context, &ray, &hit, None, &mut own_material);
     if load.depth() == 1 {
         vertex.describe(context, vertex.bsdf_alone(&mut None), &ray, &hit, sample);
     }

@@ -17,13 +17,16 @@ use crate::alpha::AlphaFilter;
 use crate::camera::CameraRays;
 use crate::light::Lights;
 use crate::material::MaterialTable;
+use crate::pages::{PageWalk, PagedGeometry};
 use crate::placement::Placement;
 use crate::sample::{RenderStats, Sample};
 use crate::settings::RenderSettings;
 use crate::veil::VeilIndex;
 use vastlight_math::Ray;
+use vastlight_paging::PageError;
 use vastlight_scene::Scene;
 use vastlight_simd::{Kernel, Simd8};
+use vastlight_trace::paged::PagedFilter;
 use vastlight_trace::{AcceptAll, Hit, Tracer};
 
 /// What every stage reads.
@@ -38,6 +41,8 @@ pub(crate) struct Context<'a> {
     pub(crate) veils: &'a VeilIndex,
     /// By instance.
     pub(crate) placements: &'a [Placement],
+    /// Where the meshes are, if not in memory.
+    pub(crate) pages: Option<PagedGeometry<'a>>,
 }
 
 /// Computes samples, a batch of them at a time.
@@ -48,7 +53,7 @@ pub(crate) trait Batches {
         context: &Context<'_>,
         runs: impl Iterator<Item = Run>,
         stats: &mut RenderStats,
-    ) -> &[Sample];
+    ) -> Result<&[Sample], PageError>;
 }
 
 /// Sampler dimensions of a whole path: filter, lens, time, wavelength.
@@ -73,6 +78,8 @@ pub(crate) struct Wave {
     keys: Vec<u32>,
     met: Vec<u32>,
     shadows: ShadowQueue,
+    /// Where meshes are not in memory.
+    walk: Option<PageWalk>,
 }
 
 /// Waves with the shading of an integrator.
@@ -89,20 +96,20 @@ impl<S: Shade> Batches for Shaded<'_, S> {
         context: &Context<'_>,
         runs: impl Iterator<Item = Run>,
         stats: &mut RenderStats,
-    ) -> &[Sample] {
+    ) -> Result<&[Sample], PageError> {
         let Self { wave, shade } = self;
         wave.clear();
         context.tracer.level().dispatch(Generating { wave, context, runs });
         let mut depth = 1;
         while !wave.rays.is_empty() {
             stats.rays += wave.rays.len() as u64;
-            wave.trace(context, depth);
+            wave.trace(context, depth)?;
             context.tracer.level().dispatch(Shading { wave, context, shade: *shade, depth });
             stats.shadow_rays += wave.shadows.len() as u64;
-            wave.shadows.trace(context, &mut wave.samples);
+            wave.shadows.trace(context, wave.walk.as_mut(), &mut wave.samples)?;
             depth += 1;
         }
-        &wave.samples
+        Ok(&wave.samples)
     }
 }
 
@@ -127,17 +134,29 @@ impl Wave {
         }
     }
 
-    fn trace(&mut self, context: &Context<'_>, depth: u32) {
+    /// Goes through pages from now on, or through meshes in memory.
+    pub(crate) fn walk_through(&mut self, walk: Option<PageWalk>) {
+        self.walk = walk;
+    }
+
+    fn trace(&mut self, context: &Context<'_>, depth: u32) -> Result<(), PageError> {
         self.hits.clear();
         self.hits.resize(self.rays.len(), Hit::MISS);
-        if !context.veils.any().alpha {
-            context.tracer.closest(&self.rays, &AcceptAll, &mut self.hits);
-            return;
-        }
         self.keys.clear();
-        self.keys.extend(self.slots.iter().map(|&slot| self.paths[slot as usize].alpha_key(depth)));
+        let has_alpha = context.veils.any().alpha;
+        if has_alpha {
+            self.keys.extend(self.slots.iter().map(|&slot| self.paths[slot as usize].alpha_key(depth)));
+        }
         let filter = AlphaFilter { context, keys: &self.keys };
-        context.tracer.closest(&self.rays, &filter, &mut self.hits);
+        match &mut self.walk {
+            Some(walk) => {
+                let filter = has_alpha.then_some(&filter as &dyn PagedFilter);
+                return walk.closest(context, &self.rays, filter, &mut self.hits);
+            }
+            None if has_alpha => context.tracer.closest(&self.rays, &filter, &mut self.hits),
+            None => context.tracer.closest(&self.rays, &AcceptAll, &mut self.hits),
+        }
+        Ok(())
     }
 
     /// Shades all hits and collects the rays of the paths that go on.
@@ -151,6 +170,7 @@ impl Wave {
             depth,
             rays: &self.rays,
             hits: &self.hits,
+            corners: self.walk.as_ref().map(PageWalk::corners),
             slots: &self.slots,
             paths: &mut self.paths,
             samples: &mut self.samples,

@@ -4,12 +4,15 @@ use super::Context;
 use crate::alpha::AlphaFilter;
 use crate::light::Odds;
 use crate::medium::MediumStack;
+use crate::pages::PageWalk;
 use crate::pane::{ShadowFilter, open_channels};
 use crate::sample::Sample;
 use crate::veil::Veils;
 use std::sync::atomic::AtomicU8;
 use vastlight_math::{Ray, Sampler, Vec3};
+use vastlight_paging::PageError;
 use vastlight_trace::AcceptAll;
+use vastlight_trace::paged::PagedFilter;
 
 /// A path in flight. Its next ray stands beside it in the wave.
 #[derive(Clone, Copy, Debug)]
@@ -104,17 +107,26 @@ impl ShadowQueue {
         self.keys.push(key);
     }
 
-    pub(super) fn trace(&mut self, context: &Context<'_>, samples: &mut [Sample]) {
+    pub(super) fn trace(
+        &mut self,
+        context: &Context<'_>,
+        walk: Option<&mut PageWalk>,
+        samples: &mut [Sample],
+    ) -> Result<(), PageError> {
         self.blocked.clear();
         self.blocked.resize(self.rays.len(), false);
         self.channels.clear();
         self.channels.resize_with(self.rays.len(), AtomicU8::default);
-        if context.veils.any() != Veils::default() {
-            let alpha = AlphaFilter { context, keys: &self.keys };
-            let filter = ShadowFilter { alpha, rays: &self.rays, blocked: &self.channels };
-            context.tracer.occluded(&self.rays, &filter, &mut self.blocked);
-        } else {
-            context.tracer.occluded(&self.rays, &AcceptAll, &mut self.blocked);
+        let has_veils = context.veils.any() != Veils::default();
+        let alpha = AlphaFilter { context, keys: &self.keys };
+        let filter = ShadowFilter { alpha, rays: &self.rays, blocked: &self.channels };
+        match walk {
+            Some(walk) => {
+                let filter = has_veils.then_some(&filter as &dyn PagedFilter);
+                walk.occluded(context, &self.rays, filter, &mut self.blocked)?;
+            }
+            None if has_veils => context.tracer.occluded(&self.rays, &filter, &mut self.blocked),
+            None => context.tracer.occluded(&self.rays, &AcceptAll, &mut self.blocked),
         }
         for ((&(slot, radiance), &blocked), channels) in
             self.carried.iter().zip(&self.blocked).zip(&self.channels)
@@ -123,5 +135,6 @@ impl ShadowQueue {
                 samples[slot as usize].radiance += radiance * open_channels(channels);
             }
         }
+        Ok(())
     }
 }

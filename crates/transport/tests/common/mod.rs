@@ -121,7 +121,9 @@ pub(crate) fn render(scene: &Scene, settings: &RenderSettings, samples: u32) -> 
             squares[place][c] += f64::from(value).powi(2);
         }
     };
-    let stats = with_renderer(scene, settings.clone(), |r| r.render_tile(region, 0..samples, &mut sink));
+    let stats = with_renderer(scene, settings.clone(), |r| {
+        r.render_tile(region, 0..samples, &mut sink).expect("in memory")
+    });
     let n = f64::from(samples);
     let mean: Vec<[f64; 3]> = sum.iter().map(|s| s.map(|x| x / n)).collect();
     let variance = |(q, m): (&[f64; 3], &[f64; 3])| {

@@ -125,7 +125,7 @@ fn render_tile(renderer: &Renderer<'_>, tile: Tile) -> (RenderStats, u64) {
     let mut sink = |_: [u32; 2], sample: &Sample| {
         bits = sample.radiance.to_array().iter().fold(bits, |bits, x| mix(bits, u64::from(x.to_bits())));
     };
-    let stats = renderer.render_tile(tile, 0..1, &mut sink);
+    let stats = renderer.render_tile(tile, 0..1, &mut sink).unwrap_or_default();
     (stats, bits)
 }
 

@@ -1,7 +1,7 @@
 //! `vastlight bench path SCENE`.
 
 use crate::arguments::{Common, SceneArguments};
-use crate::commands::render::{PictureArguments, check_memory};
+use crate::commands::render::{PictureArguments, check_request};
 use crate::exit::Exit;
 use crate::interrupt;
 use clap::Args;
@@ -23,16 +23,17 @@ pub(crate) struct Path {
 
 pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<Exit, Error> {
     let cancel = interrupt::flag()?;
-    let scene = arguments.scene.load(common)?;
+    let open = arguments.scene.open(common)?;
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
-    let request = arguments.picture.request(&scene, Vec::new())?;
-    check_memory(&scene, &request, common)?;
+    let mut request = arguments.picture.request(&open.scene, Vec::new())?;
+    request.memory = common.memory;
+    check_request(&open, &request, common)?;
     let control = Control { cancel, progress: &|_| {} };
-    let first = vastlight::render(&scene, &request, &control)?.stats;
+    let first = vastlight::render(&open, &request, &control)?.stats;
     let first_image_ms = load_ms + first.build_ms + first.prepare_ms + first.first_pass_ms;
     let mut best = first;
     for _ in 1..arguments.repeat {
-        let stats = vastlight::render(&scene, &request, &control)?.stats;
+        let stats = vastlight::render(&open, &request, &control)?.stats;
         if stats.msamples_per_s > best.msamples_per_s {
             best = stats;
         }

@@ -1,0 +1,66 @@
+//! `vastlight pack SCENE -o FILE.vls`: a scene as a store.
+
+use crate::arguments::{Common, SceneArguments};
+use crate::exit::Exit;
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+use vastlight::film::check_writable;
+use vastlight::store::{PackConfig, StoreSize};
+use vastlight::{Error, human_bytes, peak_rss_bytes};
+
+/// Pack a scene to a store (.vls), which is rendered within any memory budget
+#[derive(Args, Debug)]
+pub(crate) struct Pack {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// The store: .vls
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Acceleration structure by name
+    #[arg(long, value_name = "NAME", default_value = "")]
+    accel: String,
+    /// One JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(arguments: &Pack, common: &Common, start: Instant) -> Result<Exit, Error> {
+    let place = arguments.output.display().to_string();
+    if !arguments.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("vls")) {
+        return Err(Error::usage("stores end in .vls", place, ""));
+    }
+    check_writable(&arguments.output)?;
+    let stream = vastlight::stream(&arguments.scene.scene, &arguments.scene.options(common)?)?;
+    let config = PackConfig { accel: arguments.accel.clone(), ..PackConfig::default() };
+    let say = |triangles: u64| {
+        if !common.quiet {
+            eprint!("\r{triangles} triangles packed");
+        }
+    };
+    let size = vastlight::pack(stream, &arguments.output, &config, say)?;
+    let seconds = start.elapsed().as_secs_f64();
+    if !common.quiet {
+        eprintln!("\r{place}: {}", in_words(&size, seconds));
+    }
+    if arguments.json {
+        let peak = peak_rss_bytes();
+        println!("{}", json!({"pack": place, "size": size, "seconds": seconds, "peak_rss_bytes": peak}));
+    }
+    Ok(Exit::Done)
+}
+
+fn in_words(size: &StoreSize, seconds: f64) -> String {
+    let each = |bytes: u64| bytes as f64 / size.triangles.max(1) as f64;
+    format!(
+        "{} triangles in {}, {:.1} bytes a triangle (geometry {:.1}, attributes {:.1}), {} resident, {seconds:.1} s, {:.2} Mtri/s",
+        size.triangles,
+        human_bytes(size.file),
+        each(size.file),
+        each(size.geometry),
+        each(size.attributes),
+        human_bytes(size.resident),
+        size.triangles as f64 / seconds / 1e6,
+    )
+}

@@ -1,0 +1,20 @@
+//! Scenes on disk, to be traced page by page.
+//!
+//! A store holds a scene ready for rays: pages of geometry and of attributes, which come and go, and all the rest,
+//! which is read when it is opened. [`StoreWriter`] writes one mesh by mesh, [`Store`] opens it. The bytes are drawn in
+//! docs/store-format.md.
+
+mod attributes;
+mod error;
+pub mod format;
+mod pack;
+mod read;
+mod write;
+
+pub use attributes::{
+    ATTRIBUTE_SLOT, AttributeIndex, AttributeLayout, MOST_FLOATS, PackedAttributes, UV_SETS, read_corners,
+};
+pub use error::StoreError;
+pub use pack::{PackConfig, PackedMesh};
+pub use read::{MOST_PAGE_BYTES, Store};
+pub use write::{StoreSize, StoreWriter};

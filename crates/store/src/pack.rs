@@ -1,0 +1,63 @@
+//! A mesh as a store holds it: pages of geometry, pages of attributes, and what is above them.
+
+use crate::attributes::{AttributeLayout, PackedAttributes};
+use crate::error::StoreError;
+use rayon::prelude::*;
+use vastlight_accel::compact::{CompactMesh, PackedPage};
+use vastlight_accel::wide::{MeshBvh, MeshView};
+use vastlight_accel::{BuildConfig, Scratch};
+use vastlight_scene::{Mesh, MeshExtent};
+
+/// How meshes become pages.
+#[derive(Clone, Debug)]
+pub struct PackConfig {
+    /// Name of the builder of trees; empty for the default.
+    pub accel: String,
+    /// Most bytes of a page of geometry.
+    pub page_bytes: usize,
+    /// Most references to triangles, as a multiple of the triangles; none for what the builder thinks best.
+    pub split_budget: Option<f32>,
+}
+
+impl Default for PackConfig {
+    fn default() -> Self {
+        Self { accel: String::new(), page_bytes: CompactMesh::SLOT, split_budget: None }
+    }
+}
+
+/// A mesh in pages, which are numbered from 0.
+#[derive(Clone, Debug)]
+pub struct PackedMesh {
+    /// What is above the pages.
+    pub above: CompactMesh,
+    /// Bytes of each page of geometry.
+    pub pages: Vec<Vec<u8>>,
+    /// By page of geometry.
+    pub attributes: Vec<PackedAttributes>,
+    /// Which attributes vertices have.
+    pub layout: AttributeLayout,
+    /// Size of the mesh.
+    pub extent: MeshExtent,
+}
+
+impl PackedMesh {
+    /// Builds a tree over a mesh that is on its lattice (see `vastlight_scene::MeshPreparation`) and packs it, with all
+    /// threads of the current pool.
+    ///
+    /// # Errors
+    /// If the tree cannot be built or packed.
+    pub fn new(mesh: &Mesh, config: &PackConfig, scratch: &mut Scratch) -> Result<Self, StoreError> {
+        let view = MeshView { positions: &mesh.positions, triangles: &mesh.triangles };
+        let build = BuildConfig { split_budget: config.split_budget, ..BuildConfig::default() };
+        let failed = |error: String| StoreError::pack(&mesh.name, error);
+        let (wide, _) =
+            MeshBvh::build(&config.accel, &view, &build, scratch).map_err(|e| failed(e.to_string()))?;
+        let (above, pages) =
+            CompactMesh::pack(&wide, config.page_bytes).map_err(|e| failed(e.to_string()))?;
+        drop(wide);
+        let attributes = pages.par_iter().map(|page| PackedAttributes::new(mesh, &page.triangles)).collect();
+        let pages = pages.into_iter().map(|PackedPage { bytes, .. }| bytes).collect();
+        let extent = MeshExtent { bounds: mesh.bounds(), triangles: mesh.triangles.len() as u64 };
+        Ok(Self { above, pages, attributes, layout: AttributeLayout::of(mesh), extent })
+    }
+}

@@ -1,0 +1,217 @@
+//! Opening a store: all but its pages is read, and checked, so that nothing behind it need doubt an index.
+
+use crate::attributes::{AttributeIndex, AttributeLayout};
+use crate::error::StoreError;
+use crate::format::{
+    EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, Section, SectionRow, VERSION,
+};
+use crate::write::header_crc32;
+use bytemuck::{Pod, Zeroable, pod_collect_to_vec};
+use std::sync::Arc;
+use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
+use vastlight_accel::wide::{ChildRef, Node8};
+use vastlight_math::{Aabb, Affine3, Vec3};
+use vastlight_paging::{Directory, PageEntry, Source};
+use vastlight_scene::{Instance, MeshExtent, SceneDesc};
+
+/// Most levels of a tree that is believed.
+const MOST_LEVELS: u32 = 512;
+/// Most bytes of a page that is believed.
+pub const MOST_PAGE_BYTES: u32 = 1 << 18;
+
+/// An open store.
+#[derive(Debug)]
+pub struct Store {
+    /// Where pages come from.
+    pub source: Arc<dyn Source>,
+    /// Everything but geometry, and that of meshes that shine.
+    pub desc: SceneDesc,
+    /// Sizes of the meshes.
+    pub extents: Vec<MeshExtent>,
+    /// What is above the pages of each mesh.
+    pub meshes: Vec<Arc<CompactMesh>>,
+    /// Which attributes the vertices of each mesh have.
+    pub layouts: Vec<AttributeLayout>,
+    /// Where pages of geometry are.
+    pub geometry: Directory,
+    /// Where pages of attributes are.
+    pub attributes: Directory,
+    /// Where the attributes of a triangle are.
+    pub index: AttributeIndex,
+}
+
+impl Store {
+    /// Reads what is resident of a store.
+    ///
+    /// # Errors
+    /// If it cannot be read, is of another version, or damaged.
+    pub fn open(source: Arc<dyn Source>) -> Result<Self, StoreError> {
+        let file = StoreFile::open(&*source)?;
+        let scene = file.bytes(Section::Scene)?;
+        let mut desc: SceneDesc =
+            postcard::from_bytes(&scene).map_err(|error| file.damaged(Section::Scene, &error.to_string()))?;
+        drop(scene);
+        let rows: Vec<MeshRow> = file.rows(Section::Meshes)?;
+        let geometry = file.directory(Section::Geometry)?;
+        let attributes = file.directory(Section::Attributes)?;
+        let meshes = file.meshes(&rows, geometry.pages())?;
+        let index = file.attribute_index(geometry.pages(), attributes.pages())?;
+        let instances: Vec<InstanceRow> = file.rows(Section::Instances)?;
+        desc.instances = instances.iter().map(instance).collect();
+        if rows.len() != desc.meshes.len() {
+            return Err(file.damaged(Section::Scene, "has other meshes"));
+        }
+        let extents = rows.iter().map(extent).collect();
+        let layouts = rows.iter().map(|row| AttributeLayout(row.attributes)).collect();
+        drop(file);
+        Ok(Self { source, desc, extents, meshes, layouts, geometry, attributes, index })
+    }
+}
+
+fn extent(row: &MeshRow) -> MeshExtent {
+    let [min, max] = row.object_bounds.map(Vec3::from);
+    MeshExtent { bounds: Aabb { min, max }, triangles: row.triangles }
+}
+
+fn instance(row: &InstanceRow) -> Instance {
+    let [x, y, z, translation] = row.columns.map(Vec3::from);
+    let world_from_object = Affine3 { matrix3: vastlight_math::Mat3::from_cols(x, y, z), translation };
+    Instance { world_from_object, mesh: row.mesh, name: row.name }
+}
+
+/// The resident parts of a file.
+struct StoreFile<'s> {
+    source: &'s dyn Source,
+    bytes: u64,
+    sections: Vec<SectionRow>,
+}
+
+impl<'s> StoreFile<'s> {
+    fn open(source: &'s dyn Source) -> Result<Self, StoreError> {
+        let damaged = |what: &str| StoreError::damaged(source.name(), what);
+        let mut header = Header::zeroed();
+        let bytes = source.bytes()?;
+        if bytes < HEADER_BYTES {
+            return Err(damaged("it is too short for a store"));
+        }
+        source.read(0, bytemuck::bytes_of_mut(&mut header))?;
+        if header.magic != MAGIC {
+            return Err(damaged("it does not start as a store does"));
+        }
+        if header.version != VERSION {
+            let what =
+                format!("the store has version {}, this is a reader of version {VERSION}", header.version);
+            return Err(damaged(&what));
+        }
+        if header.crc32 != header_crc32(&header) {
+            return Err(damaged("the header is damaged"));
+        }
+        if header.bytes != bytes {
+            let what = format!("it has {bytes} bytes and should have {}", header.bytes);
+            return Err(damaged(&what));
+        }
+        let table = u64::from(header.sections) * size_of::<SectionRow>() as u64;
+        if header.sections > 1024 || header.sections_at.checked_add(table).is_none_or(|end| end > bytes) {
+            return Err(damaged("the table of sections is not in it"));
+        }
+        let mut sections = vec![SectionRow::zeroed(); header.sections as usize];
+        source.read(header.sections_at, bytemuck::cast_slice_mut(&mut sections))?;
+        if crc32fast::hash(bytemuck::cast_slice(&sections)) != header.sections_crc32 {
+            return Err(damaged("the table of sections is damaged"));
+        }
+        Ok(Self { source, bytes, sections })
+    }
+
+    fn damaged(&self, section: Section, what: &str) -> StoreError {
+        StoreError::damaged(self.source.name(), format!("{}: {what}", section.name()))
+    }
+
+    /// The bytes of a section, checked.
+    fn bytes(&self, section: Section) -> Result<Vec<u8>, StoreError> {
+        let row = self.sections.iter().find(|row| row.kind == section as u32);
+        let row = row.ok_or_else(|| self.damaged(section, "is missing"))?;
+        if row.offset.checked_add(row.bytes).is_none_or(|end| end > self.bytes) {
+            return Err(self.damaged(section, "is not in the file"));
+        }
+        let mut bytes = vec![0; row.bytes as usize];
+        self.source.read(row.offset, &mut bytes)?;
+        if crc32fast::hash(&bytes) != row.crc32 {
+            return Err(self.damaged(section, "the checksum is wrong"));
+        }
+        Ok(bytes)
+    }
+
+    /// The rows of a section.
+    fn rows<T: Pod>(&self, section: Section) -> Result<Vec<T>, StoreError> {
+        let bytes = self.bytes(section)?;
+        if !bytes.len().is_multiple_of(size_of::<T>()) {
+            return Err(self.damaged(section, "is no whole number of rows"));
+        }
+        Ok(pod_collect_to_vec(&bytes))
+    }
+
+    fn directory(&self, section: Section) -> Result<Directory, StoreError> {
+        let rows: Vec<EntryRow> = self.rows(section)?;
+        let fits = |row: &EntryRow| {
+            row.bytes <= MOST_PAGE_BYTES
+                && row.offset.checked_add(u64::from(row.bytes)).is_some_and(|end| end <= self.bytes)
+        };
+        if let Some(page) = rows.iter().position(|row| !fits(row)) {
+            return Err(self.damaged(section, &format!("page {page} is not in the file")));
+        }
+        let entry = |row: &EntryRow| PageEntry { offset: row.offset, bytes: row.bytes, crc32: row.crc32 };
+        Ok(rows.iter().map(entry).collect())
+    }
+
+    fn meshes(&self, rows: &[MeshRow], pages: usize) -> Result<Vec<Arc<CompactMesh>>, StoreError> {
+        let nodes: Vec<Node8> = self.rows(Section::Nodes)?;
+        let roots: Vec<PageRoot> = self.rows(Section::Roots)?;
+        let mesh = |(number, row): (usize, &MeshRow)| {
+            compact(row, &nodes, &roots, pages)
+                .map(Arc::new)
+                .ok_or_else(|| self.damaged(Section::Meshes, &format!("mesh {number} leads nowhere")))
+        };
+        rows.iter().enumerate().map(mesh).collect()
+    }
+
+    fn attribute_index(&self, pages: usize, attributes: usize) -> Result<AttributeIndex, StoreError> {
+        let first: Vec<u32> = self.rows(Section::AttributesOfPage)?;
+        let first_triangles: Vec<u16> = self.rows(Section::FirstTriangles)?;
+        let ascending = first.is_sorted() && first.len() == pages + 1;
+        if !ascending || first.last() != Some(&(attributes as u32)) || first_triangles.len() != attributes {
+            return Err(self.damaged(Section::AttributesOfPage, "does not fit the pages"));
+        }
+        Ok(AttributeIndex { first, first_triangles })
+    }
+}
+
+/// The tree above a mesh's pages; none where it leads out of the tables, or back.
+fn compact(row: &MeshRow, nodes: &[Node8], roots: &[PageRoot], pages: usize) -> Option<CompactMesh> {
+    let part = |first: u32, count: u32| first as usize..first as usize + count as usize;
+    let nodes = nodes.get(part(row.first_node, row.nodes))?;
+    let roots = roots.get(part(row.first_root, row.roots))?;
+    let exists = |child: ChildRef, parent: Option<usize>| match child {
+        ChildRef::NONE => parent.is_some() || row.triangles == 0,
+        leaf if leaf.is_leaf() => leaf.index() < roots.len(),
+        node => node.index() < nodes.len() && parent.is_none_or(|parent| node.index() > parent),
+    };
+    let root = ChildRef(row.root);
+    let sound = exists(root, None)
+        && roots.iter().all(|root| (root.page as usize) < pages)
+        && nodes.iter().enumerate().all(|(i, node)| node.children.iter().all(|&c| exists(c, Some(i))))
+        && row.scale > 0.0
+        && row.scale.is_finite()
+        && row.extent.is_finite()
+        && row.levels <= MOST_LEVELS;
+    let [min, max] = row.bounds.map(Vec3::from);
+    sound.then(|| CompactMesh {
+        nodes: nodes.to_vec(),
+        roots: roots.to_vec(),
+        root: (root != ChildRef::NONE).then_some(root),
+        levels: row.levels as usize,
+        bounds: Aabb { min, max },
+        extent: row.extent,
+        scale: row.scale,
+        shares: PageBytes::default(),
+    })
+}

@@ -1,0 +1,105 @@
+//! What a triangle's corners have, wherever it is: in a mesh in memory, or in pages.
+
+use vastlight_math::{Vec2, Vec3, Vec4};
+use vastlight_scene::Mesh;
+use vastlight_store::{AttributeLayout, MOST_FLOATS};
+use vastlight_trace::Hit;
+
+/// The corners of a triangle in its mesh's space. What the mesh has not is `None`.
+pub(crate) trait Corners {
+    fn points(&self) -> [Vec3; 3];
+    fn normals(&self) -> Option<[Vec3; 3]>;
+    fn tangents(&self) -> Option<[Vec4; 3]>;
+    fn colors(&self) -> Option<[Vec4; 3]>;
+    fn uvs(&self, set: usize) -> Option<[Vec2; 3]>;
+}
+
+/// Corners in a mesh.
+pub(crate) struct MeshCorners<'m> {
+    mesh: &'m Mesh,
+    index: [usize; 3],
+}
+
+impl<'m> MeshCorners<'m> {
+    #[inline(always)]
+    pub(crate) fn new(mesh: &'m Mesh, hit: &Hit) -> Self {
+        Self { mesh, index: mesh.triangles[hit.prim as usize].map(|i| i as usize) }
+    }
+
+    #[inline(always)]
+    fn of<T: Copy>(&self, values: &[T]) -> Option<[T; 3]> {
+        (!values.is_empty()).then(|| self.index.map(|i| values[i]))
+    }
+}
+
+impl Corners for MeshCorners<'_> {
+    #[inline(always)]
+    fn points(&self) -> [Vec3; 3] {
+        self.index.map(|i| self.mesh.positions[i])
+    }
+
+    #[inline(always)]
+    fn normals(&self) -> Option<[Vec3; 3]> {
+        self.of(&self.mesh.normals)
+    }
+
+    #[inline(always)]
+    fn tangents(&self) -> Option<[Vec4; 3]> {
+        self.of(&self.mesh.tangents)
+    }
+
+    #[inline(always)]
+    fn colors(&self) -> Option<[Vec4; 3]> {
+        self.of(&self.mesh.colors)
+    }
+
+    #[inline(always)]
+    fn uvs(&self, set: usize) -> Option<[Vec2; 3]> {
+        self.of(self.mesh.uvs.get(set)?)
+    }
+}
+
+/// Corners that were found in pages.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PageCorners {
+    pub(crate) points: [Vec3; 3],
+    pub(crate) layout: AttributeLayout,
+    /// Three records of the layout.
+    pub(crate) records: [f32; MOST_FLOATS],
+}
+
+impl PageCorners {
+    /// The three values that stand at `at` in the records.
+    #[inline]
+    fn of<const N: usize, T>(&self, at: usize, value: impl Fn([f32; N]) -> T) -> [T; 3] {
+        let floats = self.layout.floats();
+        [0, 1, 2].map(|corner| value(std::array::from_fn(|i| self.records[corner * floats + at + i])))
+    }
+}
+
+impl Corners for PageCorners {
+    #[inline]
+    fn points(&self) -> [Vec3; 3] {
+        self.points
+    }
+
+    #[inline]
+    fn normals(&self) -> Option<[Vec3; 3]> {
+        Some(self.of(self.layout.normals()?, Vec3::from_array))
+    }
+
+    #[inline]
+    fn tangents(&self) -> Option<[Vec4; 3]> {
+        Some(self.of(self.layout.tangents()?, Vec4::from_array))
+    }
+
+    #[inline]
+    fn colors(&self) -> Option<[Vec4; 3]> {
+        Some(self.of(self.layout.colors()?, Vec4::from_array))
+    }
+
+    #[inline]
+    fn uvs(&self, set: usize) -> Option<[Vec2; 3]> {
+        Some(self.of(self.layout.uvs(set)?, Vec2::from_array))
+    }
+}

@@ -1,0 +1,125 @@
+//! Scenes as they are opened: in memory, or as a store whose pages come when they are needed.
+
+use crate::load::{LoadOptions, adapt, describe};
+use crate::{Error, ErrorClass};
+use std::path::Path;
+use std::sync::Arc;
+use vastlight_accel::compact::CompactMesh;
+use vastlight_paging::{Directory, FileSource, KernelCache, PageError, Source};
+use vastlight_scene::Scene;
+use vastlight_store::{AttributeIndex, AttributeLayout, Store, StoreError};
+use vastlight_transport::PagesError;
+
+/// The extension of stores.
+pub(crate) const STORE: &str = "vls";
+
+/// A scene, and where its meshes are.
+#[derive(Debug)]
+pub struct OpenScene {
+    /// The scene; if it is [`stored`](Self::stored), most of its meshes have no geometry.
+    pub scene: Scene,
+    /// What is known of meshes in a store.
+    pub stored: Option<StoredMeshes>,
+}
+
+/// Meshes in a store.
+#[derive(Debug)]
+pub struct StoredMeshes {
+    /// The store.
+    pub source: Arc<dyn Source>,
+    /// What is above the pages of each mesh.
+    pub meshes: Vec<Arc<CompactMesh>>,
+    /// Which attributes the vertices of each mesh have.
+    pub layouts: Vec<AttributeLayout>,
+    /// Pages of geometry.
+    pub geometry: Directory,
+    /// Pages of attributes.
+    pub attributes: Directory,
+    /// Where the attributes of a triangle are.
+    pub index: AttributeIndex,
+}
+
+impl From<Scene> for OpenScene {
+    fn from(scene: Scene) -> Self {
+        Self { scene, stored: None }
+    }
+}
+
+/// Opens a scene: a file, a store (.vls), or `demo:NAME`.
+///
+/// # Errors
+/// If the file cannot be read or is wrong, the demo is unknown, or an override names what is not there.
+pub fn open(source: &str, options: &LoadOptions) -> Result<OpenScene, Error> {
+    if is_store(source) {
+        let file = FileSource::open(Path::new(source), KernelCache::Keep);
+        let file = file.map_err(|e| Error::scene(e.what, e.name, e.hint))?;
+        return open_store(Arc::new(file), options);
+    }
+    let mut desc = describe(source, options)?;
+    adapt(&mut desc, options)?;
+    Ok(Scene::new(desc)?.into())
+}
+
+/// Whether a scene's name is that of a store.
+pub(crate) fn is_store(source: &str) -> bool {
+    !source.starts_with("demo:")
+        && Path::new(source).extension().is_some_and(|extension| extension.eq_ignore_ascii_case(STORE))
+}
+
+/// Opens a store, wherever its bytes are.
+///
+/// # Errors
+/// If it cannot be read or is damaged, or an override names what is not there.
+pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<OpenScene, Error> {
+    let Store { source, mut desc, extents, meshes, layouts, geometry, attributes, index } =
+        Store::open(source)?;
+    adapt(&mut desc, options)?;
+    let instances = desc.instances.len();
+    let scene = Scene::with_meshes_elsewhere(desc, extents)?;
+    let name = source.name();
+    if scene.instances().len() != instances {
+        return Err(Error::scene(
+            "an instance is singular",
+            name,
+            "the store is damaged: pack the scene again",
+        ));
+    }
+    if let Some(material) = dark_emitter(&scene) {
+        let what = format!("material \"{material}\" is made to shine, but its triangles are not in memory");
+        return Err(Error::usage(what, name, "pack the scene with this override"));
+    }
+    let stored = StoredMeshes { source, meshes, layouts, geometry, attributes, index };
+    Ok(OpenScene { scene, stored: Some(stored) })
+}
+
+/// A material that shines, of a mesh whose geometry is not in memory.
+fn dark_emitter(scene: &Scene) -> Option<&str> {
+    let elsewhere = scene.meshes().iter().zip(scene.extents());
+    let mut elsewhere = elsewhere.filter(|(mesh, extent)| mesh.triangles.is_empty() && extent.triangles > 0);
+    let shining = |&material: &u32| scene.materials()[material as usize].is_emissive();
+    elsewhere
+        .find_map(|(mesh, _)| crate::pack::materials_of(mesh).find(shining))
+        .map(|material| scene.materials()[material as usize].name.as_str())
+}
+
+impl From<StoreError> for Error {
+    fn from(error: StoreError) -> Self {
+        let class = if error.is_output { ErrorClass::Output } else { ErrorClass::Scene };
+        Self::new(class, error.what, error.place, error.hint)
+    }
+}
+
+impl From<PageError> for Error {
+    fn from(error: PageError) -> Self {
+        Self::scene(error.to_string(), "", "")
+    }
+}
+
+impl From<PagesError> for Error {
+    fn from(error: PagesError) -> Self {
+        match error {
+            PagesError::Page(error) => error.into(),
+            PagesError::Cache(error) => Self::new(ErrorClass::Memory, error.to_string(), "page cache", ""),
+        }
+    }
+}

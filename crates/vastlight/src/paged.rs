@@ -1,0 +1,97 @@
+//! Memory and threads for a scene in a store.
+
+use crate::memory::{WAVE_BYTES_PER_THREAD, film_bytes, human_bytes, rss_bytes};
+use crate::open::StoredMeshes;
+use crate::{Error, ErrorClass, RenderRequest, default_budget_bytes, peak_rss_bytes};
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use vastlight_accel::compact::SLACK;
+use vastlight_paging::{CacheConfig, Directory, PageCache};
+use vastlight_trace::paged::Caches;
+
+/// Batches of rays for each thread that computes: the others wait for pages meanwhile.
+const BATCHES_PER_THREAD: usize = 2;
+/// What the allocator and the system keep for themselves.
+const MARGIN: u64 = 24 << 20;
+/// Pages that every batch can keep.
+const LEAST_PAGES: usize = 4;
+/// The part of the caches that geometry gets where not all fits, of 16.
+const GEOMETRY_SHARE: u64 = 13;
+/// Slots are multiples of this.
+const SLOT_UNIT: usize = 4096;
+
+/// A pool with a thread for every batch.
+pub(crate) fn pool() -> Result<ThreadPool, Error> {
+    let threads = rayon::current_num_threads() * BATCHES_PER_THREAD;
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| Error::usage(error.to_string(), "--threads", ""))
+}
+
+/// The caches that fit into what is left of the memory; to be called on the pool when all else is there.
+pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<Caches, Error> {
+    let batches = rayon::current_num_threads();
+    let geometry = Pages::new(&stored.geometry, SLACK, batches);
+    let attributes = Pages::new(&stored.attributes, 0, batches);
+    let film = film_bytes(request.settings.region().pixels(), &request.aovs);
+    let fixed = rss_bytes().unwrap_or(0) + film + batches as u64 * WAVE_BYTES_PER_THREAD + MARGIN;
+    let (least, most) = (geometry.least() + attributes.least(), geometry.most() + attributes.most());
+    let budget = request.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
+    let needed = (fixed + least).max(peak_rss_bytes().unwrap_or(0));
+    if needed > budget {
+        let (needed, budget) = (human_bytes(needed), human_bytes(budget));
+        let what = format!("at least {needed} are needed, the budget is {budget}");
+        let hint = "a larger --memory, fewer --threads or a smaller picture";
+        return Err(Error::new(ErrorClass::Memory, what, "--memory", hint));
+    }
+    let room = (budget - fixed).min(most);
+    // What one of them does not need the other gets.
+    let share = (room / 16 * GEOMETRY_SHARE).max(room.saturating_sub(attributes.most()));
+    let for_geometry = share.clamp(geometry.least(), room - attributes.least()).min(geometry.most());
+    Ok(Caches {
+        geometry: geometry.cache(stored, for_geometry)?,
+        attributes: attributes.cache(stored, room - for_geometry)?,
+    })
+}
+
+/// Pages of a kind.
+struct Pages<'d> {
+    directory: &'d Directory,
+    /// With the fewest slots.
+    config: CacheConfig,
+}
+
+impl<'d> Pages<'d> {
+    fn new(directory: &'d Directory, slack: usize, batches: usize) -> Self {
+        let longest = directory.longest().map_or(0, |(_, entry)| entry.bytes as usize);
+        let slot_bytes = (longest + slack).next_multiple_of(SLOT_UNIT).max(SLOT_UNIT);
+        let slots = batches * LEAST_PAGES;
+        let config = CacheConfig { slack, most_batches: batches, ..CacheConfig::new(slots, slot_bytes) };
+        Self { directory, config }
+    }
+
+    fn with_slots(&self, slots: usize) -> CacheConfig {
+        CacheConfig { slots, reserve: slots / 2, ..self.config }
+    }
+
+    fn bytes(&self, slots: usize) -> u64 {
+        self.with_slots(slots).memory_bytes(self.directory.pages()) as u64
+    }
+
+    /// Bytes of the smallest cache.
+    fn least(&self) -> u64 {
+        self.bytes(self.config.slots)
+    }
+
+    /// Bytes of a cache for all pages.
+    fn most(&self) -> u64 {
+        self.bytes(self.directory.pages().max(self.config.slots))
+    }
+
+    /// The largest cache of at most so many bytes.
+    fn cache(&self, stored: &StoredMeshes, bytes: u64) -> Result<PageCache, Error> {
+        let each = (self.bytes(self.config.slots + 1) - self.least()).max(1);
+        let more = bytes.saturating_sub(self.least()) / each;
+        let slots = (self.config.slots + more as usize).min(self.directory.pages().max(self.config.slots));
+        let cache = PageCache::new(stored.source.clone(), self.directory.clone(), self.with_slots(slots));
+        cache.map_err(|error| Error::new(ErrorClass::Memory, error.to_string(), "page cache", ""))
+    }
+}
