@@ -13,4 +13,6 @@ pub use cache::{Batch, CacheConfig, CacheError, CacheStats, PageCache, PageError
 pub use directory::{Directory, PageEntry};
 pub use policy::{Policy, PolicyKind};
 pub use source::{Fault, Faulty, FileSource, KernelCache, MemorySource, Source, SourceError, When};
+#[cfg(feature = "object-store")]
+pub use source::{ObjectConfig, ObjectSource};
 pub use table::{Buffer, Line, Table};

@@ -5,10 +5,14 @@ mod direct;
 mod faulty;
 mod file;
 mod memory;
+#[cfg(feature = "object-store")]
+mod object;
 
 pub use faulty::{Fault, Faulty, When};
 pub use file::{FileSource, KernelCache};
 pub use memory::MemorySource;
+#[cfg(feature = "object-store")]
+pub use object::{ObjectConfig, ObjectSource};
 
 /// Bytes that can be read from any place, by many threads at once.
 pub trait Source: Send + Sync + std::fmt::Debug {
