@@ -33,7 +33,7 @@ pub struct CacheConfig {
 }
 
 impl CacheConfig {
-    /// A cache of so many slots for pages of up to so many bytes without slack, with the usual sizes: two threads, 8
+    /// A cache of so many slots for pages of up to so many bytes without slack, with the usual sizes: four threads, 8
     /// batches (fewer if there are fewer slots), half of the slots in reserve, reads of up to 1 MiB over gaps of up to
     /// 16 KiB, no read-ahead.
     #[must_use]
@@ -43,7 +43,7 @@ impl CacheConfig {
             slot_bytes,
             slack: 0,
             policy: PolicyKind::default(),
-            io_threads: 2,
+            io_threads: 4,
             most_batches: slots.clamp(1, 8),
             reserve: slots / 2,
             read_bytes: 1 << 20,
@@ -59,7 +59,8 @@ impl CacheConfig {
     }
 
     /// Most bytes that a cache of these sizes takes over a file of so many pages: slots, directory, tables (those that
-    /// batches keep too), the account of uses, and memory to read into.
+    /// batches keep too), the account of uses, and memory to read into. What the source needs for itself is not in it:
+    /// see [`buffer_bytes`](crate::Source::buffer_bytes).
     #[must_use]
     pub fn memory_bytes(&self, pages: usize) -> usize {
         let tables = (self.most_batches + 2) * Table::own_bytes(pages, self.slots.min(pages));

@@ -70,7 +70,7 @@ impl Policy for LruK {
         if self.residents.len() <= slot as usize {
             self.residents.resize(slot as usize + 1, None);
         }
-        self.clock += 1;
+        self.clock += u64::from(askers > 0);
         let before = self.history.remove(&page).unwrap_or(0);
         let times = if askers > 0 { (before, self.clock) } else { (0, before) };
         self.residents[slot as usize] = Some(Resident { page, times, fresh: askers > 0 });
@@ -89,7 +89,9 @@ impl Policy for LruK {
     }
 
     fn evict(&mut self, count: usize, cold_only: bool, may_leave: &dyn Fn(u32) -> bool, out: &mut Vec<u32>) {
-        let cold = |times: Times| times.0 == 0 && !self.correlated(times.1);
+        // Used once, and a turnover of the cache ago, or never.
+        let cold =
+            |(before, last): Times| before == 0 && (last == 0 || self.clock - last >= self.slots as u64);
         let candidates = self.order.iter().filter(|(_, slot)| may_leave(*slot));
         let leaving: Vec<(Times, u32)> =
             candidates.filter(|(times, _)| !cold_only || cold(*times)).take(count).copied().collect();
@@ -124,11 +126,12 @@ mod tests {
             [1],
             "its last use but one lies farther back than that of 3"
         );
-        // Page 102 is known from before, page 200 is not.
+        // Page 102 is known from before, pages 200 and 201 are not, and nobody asked for the last.
         policy.insert(2, 102, 1);
         policy.insert(4, 200, 1);
-        assert_eq!(evict(&mut policy, 9, true), [4], "cold");
-        assert_eq!(evict(&mut policy, 9, false), [2, 3]);
+        policy.insert(1, 201, 0);
+        assert_eq!(evict(&mut policy, 9, true), [1], "cold");
+        assert_eq!(evict(&mut policy, 9, false), [4, 2, 3]);
         assert_eq!(policy.order.len(), 1);
     }
 

@@ -33,13 +33,13 @@ pub trait Policy: std::fmt::Debug + Send {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PolicyKind {
     /// [`Lfu`], the published one.
-    #[default]
     Lfu,
     /// [`Clock`].
     Clock,
     /// [`LruK`].
     LruK,
-    /// [`S3Fifo`].
+    /// [`S3Fifo`], which misses as little as [`LruK`] on made-up traces and takes less time.
+    #[default]
     S3Fifo,
 }
 
@@ -77,5 +77,55 @@ impl std::str::FromStr for PolicyKind {
         let names = || Self::ALL.map(Self::name).join(", ");
         let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
         found.ok_or_else(|| format!("no policy is called {name}; there are {}", names()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// What a cache relies on: whoever may leave does so if room is needed, nobody else, and nobody twice.
+    #[test]
+    fn all_pages_that_may_leave_do_and_no_others() {
+        let mut state = 1_u64;
+        let mut below = |end: u32| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as u32 % end
+        };
+        for kind in PolicyKind::ALL {
+            for slots in [1, 2, 7, 40] {
+                let mut policy = kind.make(slots as usize);
+                let mut page_in: BTreeMap<u32, u32> = BTreeMap::new();
+                for _ in 0..400 {
+                    let free: Vec<u32> = (0..slots).filter(|slot| !page_in.contains_key(slot)).collect();
+                    for slot in free.into_iter().take(below(slots + 1) as usize) {
+                        page_in.insert(slot, below(slots * 3));
+                        policy.insert(slot, page_in[&slot], below(3));
+                    }
+                    for _ in 0..below(20) {
+                        policy.touch(below(slots));
+                    }
+                    let (share, count, cold) = (below(4), below(slots + 2) as usize, below(4) == 0);
+                    let may_leave = |slot: u32| slot % 4 >= share;
+                    let can = page_in.keys().filter(|slot| may_leave(**slot)).count();
+                    let mut out = vec![u32::MAX];
+                    policy.evict(count, cold, &may_leave, &mut out);
+                    let left = &out[1..];
+                    assert!(left.iter().all(|slot| may_leave(*slot) && page_in.remove(slot).is_some()));
+                    let right =
+                        if cold { left.len() <= count.min(can) } else { left.len() == count.min(can) };
+                    assert!(right, "{}: {left:?}, {count} of {can}", kind.name());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn policies_are_found_by_name() {
+        for kind in PolicyKind::ALL {
+            assert_eq!(kind.name().parse(), Ok(kind));
+        }
+        assert!("mru".parse::<PolicyKind>().expect_err("unknown").contains("s3-fifo"));
     }
 }

@@ -21,6 +21,8 @@ struct Resident {
     uses: u8,
     /// The next use is that of the pass that asked.
     fresh: bool,
+    /// Pages that had been asked for when it came; 0 if nobody asked for it.
+    came: u64,
 }
 
 /// See the module.
@@ -36,6 +38,8 @@ pub struct S3Fifo {
     /// The same in the order in which they left; some came back since.
     left: VecDeque<(u32, u64)>,
     clock: u64,
+    /// Pages that were asked for.
+    asked: u64,
 }
 
 impl S3Fifo {
@@ -50,6 +54,7 @@ impl S3Fifo {
             ghosts: BTreeMap::new(),
             left: VecDeque::new(),
             clock: 0,
+            asked: 0,
         }
     }
 
@@ -122,6 +127,19 @@ impl S3Fifo {
         self.choose_any(may_leave)
     }
 
+    /// The oldest page of the small queue, if it was not used again, and nobody asked for it or that is long ago.
+    fn choose_cold(&mut self, may_leave: &dyn Fn(u32) -> bool) -> Option<u32> {
+        let slot = *self.small.front()?;
+        let resident = self.residents[slot as usize]?;
+        let old = resident.came == 0 || self.asked - resident.came >= self.slots as u64 / 2;
+        if resident.uses > 0 || !old || !may_leave(slot) {
+            return None;
+        }
+        self.small.pop_front();
+        self.leave(slot, true);
+        Some(slot)
+    }
+
     /// The main queue has nothing to lose: whatever there is in the small one.
     fn choose_any(&mut self, may_leave: &dyn Fn(u32) -> bool) -> Option<u32> {
         let place = self.small.iter().position(|&slot| may_leave(slot))?;
@@ -136,7 +154,9 @@ impl Policy for S3Fifo {
         if self.residents.len() <= slot as usize {
             self.residents.resize(slot as usize + 1, None);
         }
-        self.residents[slot as usize] = Some(Resident { page, uses: 0, fresh: askers > 0 });
+        self.asked += u64::from(askers > 0);
+        let came = if askers > 0 { self.asked } else { 0 };
+        self.residents[slot as usize] = Some(Resident { page, uses: 0, fresh: askers > 0, came });
         let known = self.ghosts.remove(&page).is_some();
         if known { self.main.push_back(slot) } else { self.small.push_back(slot) }
     }
@@ -150,16 +170,7 @@ impl Policy for S3Fifo {
 
     fn evict(&mut self, count: usize, cold_only: bool, may_leave: &dyn Fn(u32) -> bool, out: &mut Vec<u32>) {
         for _ in 0..count {
-            let slot = if cold_only {
-                let cold =
-                    self.small.front().copied().filter(|&slot| self.uses(slot) == 0 && may_leave(slot));
-                cold.inspect(|&slot| {
-                    self.small.pop_front();
-                    self.leave(slot, true);
-                })
-            } else {
-                self.choose(may_leave)
-            };
+            let slot = if cold_only { self.choose_cold(may_leave) } else { self.choose(may_leave) };
             let Some(slot) = slot else { return };
             out.push(slot);
         }
@@ -200,7 +211,8 @@ mod tests {
     #[test]
     fn hints_take_what_nobody_used_again() {
         let mut policy = S3Fifo::new(10);
-        (0..10).for_each(|slot| policy.insert(slot, slot, 0));
+        // The first was asked for long ago, the second was read ahead, the third too and then used.
+        (0..10).for_each(|slot| policy.insert(slot, slot, u32::from(slot != 1 && slot != 2)));
         policy.touch(2);
         let mut out = Vec::new();
         policy.evict(9, true, &|_| true, &mut out);

@@ -38,6 +38,9 @@ impl std::fmt::Debug for DirectFile {
 }
 
 impl DirectFile {
+    /// Memory that a read takes while it lasts.
+    pub(super) const PIECE_BYTES: usize = PIECE * Sector::BYTES;
+
     /// Opens a file, unless its file system cannot be read past the cache.
     pub(super) fn open(path: &Path) -> Option<Self> {
         let flags = i32::try_from(OFlags::DIRECT.bits()).ok()?;

@@ -112,6 +112,10 @@ impl Source for Faulty {
     fn name(&self) -> &str {
         self.inner.name()
     }
+
+    fn buffer_bytes(&self, readers: usize) -> usize {
+        self.inner.buffer_bytes(readers)
+    }
 }
 
 #[cfg(test)]

@@ -95,12 +95,21 @@ impl Source for FileSource {
                 read
             }
         };
-        read.map_err(|error| match (error.kind(), self.bytes()) {
-            (io::ErrorKind::UnexpectedEof, Ok(bytes)) => {
+        let end = offset.checked_add(into.len() as u64);
+        read.map_err(|error| match self.bytes() {
+            Ok(bytes) if end.is_none_or(|end| end > bytes) => {
                 SourceError::behind_end(&self.name, offset, into.len(), bytes)
             }
             _ => io_error(&self.name, offset, &error),
         })
+    }
+
+    fn buffer_bytes(&self, readers: usize) -> usize {
+        match &self.way {
+            #[cfg(target_os = "linux")]
+            Way::Direct(_) => readers * DirectFile::PIECE_BYTES,
+            _ => 0,
+        }
     }
 
     fn bytes(&self) -> Result<u64, SourceError> {
@@ -151,6 +160,10 @@ mod tests {
     fn check(source: &FileSource, all: &[u8]) {
         assert_eq!(source.bytes(), Ok(all.len() as u64));
         let places = [0, 1, 511, 4095, 4096, 4097, 8191, 1 << 20, all.len() - 1, all.len()];
+        for far in [u64::MAX, u64::MAX - 70_000, i64::MAX as u64 - 5, 1 << 62] {
+            let error = source.read(far, &mut [0; 4096]).expect_err("behind the end");
+            assert!(error.what.contains("ends at byte"), "{error}");
+        }
         for offset in places {
             for wanted in [0, 1, 4096, 5000, 70_000, (1 << 20) + 3, all.len() - offset] {
                 let mut into = vec![0xee; wanted];
@@ -175,13 +188,11 @@ mod tests {
         for cache in [KernelCache::Keep, KernelCache::Bypass] {
             check(&FileSource::open(&path, cache).expect("opens"), &all);
         }
-        let mut forget = FileSource::open(&path, KernelCache::Keep).expect("opens");
         #[cfg(target_os = "linux")]
-        {
-            forget.way = Way::Forget;
-        }
-        check(&forget, &all);
-        forget.way = Way::Plain;
+        check(
+            &FileSource { way: Way::Forget, ..FileSource::open(&path, KernelCache::Keep).expect("opens") },
+            &all,
+        );
     }
 
     #[test]

@@ -30,6 +30,11 @@ pub trait Source: Send + Sync + std::fmt::Debug {
 
     /// What to call the source in a message: a path or an address, without secrets.
     fn name(&self) -> &str;
+
+    /// Most bytes of its own memory that so many reads at once take.
+    fn buffer_bytes(&self, _readers: usize) -> usize {
+        0
+    }
 }
 
 /// Why bytes cannot be had.

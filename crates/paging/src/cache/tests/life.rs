@@ -1,6 +1,7 @@
 //! Batches that come and go, and caches that cannot be.
 
 use super::*;
+use crate::policy::PolicyKind;
 use crate::source::{Fault, Faulty, Source, When};
 use std::time::Instant;
 
@@ -84,25 +85,30 @@ fn a_page_that_left_comes_back_without_a_read_while_its_memory_is_there() {
 
 #[test]
 fn hints_fill_free_slots_and_drive_nothing_out_that_is_used() {
-    watched(|| {
-        let (cache, _) = cache(6, 1);
-        let mut batch = cache.batch().expect("first");
-        for page in 0..3 {
-            batch.fetch(&[page]).expect("there");
-            batch.parts().1.add(page);
-        }
-        batch.rest();
-        cache.prefetch(&(10..30).collect::<Vec<u32>>());
-        let start = Instant::now();
-        while cache.stats().pages_ahead < 3 && start.elapsed() < Duration::from_secs(20) {
-            std::thread::yield_now();
-        }
-        let now = cache.snapshot();
-        assert!((0..3).all(|page| now.page(page).is_some()), "used pages stay");
-        assert!(cache.stats().pages_ahead >= 3);
-        drop(now);
-        cache.validate();
-    });
+    watched(|| PolicyKind::ALL.into_iter().for_each(hints_drive_nothing_out));
+}
+
+fn hints_drive_nothing_out(policy: PolicyKind) {
+    let pages = pages_of(30, 1);
+    let (source, directory) = file_of(&pages, false);
+    let config = CacheConfig { most_batches: 1, policy, ..config(6) };
+    let cache = PageCache::new(Arc::new(source), directory, config).expect("sizes fit");
+    let mut batch = cache.batch().expect("first");
+    for page in 0..3 {
+        batch.fetch(&[page]).expect("there");
+        batch.parts().1.add(page);
+    }
+    batch.rest();
+    cache.prefetch(&(10..30).collect::<Vec<u32>>());
+    let start = Instant::now();
+    while cache.stats().pages_ahead < 3 && start.elapsed() < Duration::from_secs(20) {
+        std::thread::yield_now();
+    }
+    let now = cache.snapshot();
+    assert!((0..3).all(|page| now.page(page).is_some()), "used pages stay: {}", policy.name());
+    assert!(cache.stats().pages_ahead >= 3);
+    drop(now);
+    cache.validate();
 }
 
 #[test]

@@ -119,6 +119,9 @@ impl ObjectSource {
     }
 }
 
+/// What a connection holds of an answer before it is copied, generously.
+const CONNECTION_BYTES: usize = 1 << 20;
+
 /// The store that an address lies in.
 fn store_of(address: &Url, name: &str, config: ObjectConfig) -> Result<Arc<dyn ObjectStore>, SourceError> {
     let options = ClientOptions::new().with_allow_http(true).with_timeout(config.timeout);
@@ -179,5 +182,9 @@ impl Source for ObjectSource {
 
     fn name(&self) -> &str {
         &self.name
+    }
+
+    fn buffer_bytes(&self, readers: usize) -> usize {
+        readers * CONNECTION_BYTES
     }
 }
