@@ -29,6 +29,9 @@ pub enum ExportError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The scene cannot be made.
+    #[error(transparent)]
+    Scene(#[from] vastlight_scene::SceneError),
     /// A texture cannot be encoded.
     #[error("{place}: the image cannot be encoded: {source}")]
     Image {

@@ -1,7 +1,7 @@
 //! Instances as world-space vertices, one instance at a time.
 
 use vastlight_math::{Affine3, Mat3, Vec3};
-use vastlight_scene::{Instance, Mesh, Scene};
+use vastlight_scene::{Mesh, PieceInstance};
 
 /// An instance's mesh in world space.
 pub(crate) struct Placed<'a> {
@@ -12,10 +12,10 @@ pub(crate) struct Placed<'a> {
 }
 
 impl<'a> Placed<'a> {
-    pub(crate) fn new(scene: &'a Scene, instance: &Instance) -> Self {
+    pub(crate) fn new(mesh: &'a Mesh, instance: &PieceInstance) -> Self {
         let world_from_object = instance.world_from_object;
         Self {
-            mesh: &scene.meshes()[instance.mesh as usize],
+            mesh,
             world_from_object,
             normal_map: world_from_object.matrix3.inverse().transpose(),
             mirrored: world_from_object.matrix3.determinant() < 0.0,
@@ -37,12 +37,4 @@ impl<'a> Placed<'a> {
         let [a, b, c] = self.mesh.triangles[triangle];
         if self.mirrored { [a, c, b] } else { [a, b, c] }
     }
-}
-
-/// Vertices and triangles of all instances together.
-pub(crate) fn totals(scene: &Scene) -> (u64, u64) {
-    scene.instances().iter().fold((0, 0), |(vertices, triangles), instance| {
-        let mesh = &scene.meshes()[instance.mesh as usize];
-        (vertices + mesh.positions.len() as u64, triangles + mesh.triangles.len() as u64)
-    })
 }

@@ -1,6 +1,6 @@
 //! Scenes to files, one file a format: GLB, PLY, OBJ.
 //!
-//! [`write()`] chooses the format by the extension, streams to a file beside the target and renames it at the end. The
+//! [`write()`] and [`write_stream`] choose the format by the extension, stream to a file beside the target and rename it at the end. The
 //! same scene gives the same bytes. What a format cannot hold is named in the [`Diagnostics`] that are returned:
 //!
 //! | | GLB | OBJ + MTL | PLY |
@@ -19,12 +19,14 @@ mod glb;
 mod obj;
 mod ply;
 mod png;
+mod source;
 mod target;
 
 pub use error::ExportError;
 
+use source::{Source, Streamed};
 use std::path::Path;
-use vastlight_scene::{Diagnostics, Scene};
+use vastlight_scene::{Diagnostics, Scene, SceneError, SceneStream};
 
 /// The extensions that [`write()`] knows, without the dot.
 pub const FORMATS: [&str; 3] = ["glb", "ply", "obj"];
@@ -35,6 +37,34 @@ pub const FORMATS: [&str; 3] = ["glb", "ply", "obj"];
 /// The extension is none of [`FORMATS`], the scene is larger than the format allows, or the file cannot be written.
 /// The target is then left as it was.
 pub fn write(scene: &Scene, path: &Path) -> Result<Diagnostics, ExportError> {
+    write_source(scene, path)
+}
+
+/// What became of a stream.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// What the format could not hold.
+    pub lost: Diagnostics,
+    /// Triangles of all instances.
+    pub triangles: u64,
+}
+
+/// Writes a scene that comes mesh by mesh: a few meshes are in memory at a time, and for GLB 100 bytes or so a mesh
+/// and an instance. `make` is called once for each walk through the scene (up to four) and must give the same each
+/// time.
+///
+/// # Errors
+/// As [`write()`], or the scene cannot be made.
+pub fn write_stream(
+    make: &dyn Fn() -> Result<SceneStream, SceneError>,
+    path: &Path,
+) -> Result<Written, ExportError> {
+    let scene = Streamed::new(make)?;
+    let lost = write_source(&scene, path)?;
+    Ok(Written { lost, triangles: scene.placed() })
+}
+
+fn write_source(scene: &impl Source, path: &Path) -> Result<Diagnostics, ExportError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
     let mut lost = Diagnostics::default();
     match extension.as_str() {

@@ -1,6 +1,7 @@
 //! OBJ and its MTL: all instances in world space, one object each; textures as PNG files beside it.
 
 use crate::flatten::Placed;
+use crate::source::Source;
 use crate::target::Target;
 use crate::{ExportError, png};
 use std::fmt::Write;
@@ -14,24 +15,29 @@ struct Numbers {
     normal: u64,
 }
 
-pub(crate) fn write(scene: &Scene, path: &Path, lost: &mut Diagnostics) -> Result<(), ExportError> {
+pub(crate) fn write(scene: &impl Source, path: &Path, lost: &mut Diagnostics) -> Result<(), ExportError> {
     let library = path.with_extension("mtl");
-    write_library(scene, &library, lost)?;
+    let tables = scene.tables();
+    write_library(tables, &library, lost)?;
     let mut file = Target::create(path)?;
     let mut text = String::from("# vastlight\n");
     let library_name = library.file_name().unwrap_or_default().to_string_lossy();
     text.push_str(&format!("mtllib {library_name}\n"));
     let mut numbers = Numbers { position: 1, uv: 1, normal: 1 };
-    for (i, instance) in scene.instances().iter().enumerate() {
-        let name = token(scene.instance_name(i as u32));
-        text.push_str(&format!("o {name}_{i}\n"));
-        let placed = Placed::new(scene, instance);
-        write_vertices(&mut file, &mut text, scene, &placed)?;
-        write_faces(&mut file, &mut text, scene, &placed, &numbers)?;
-        numbers.position += placed.mesh.positions.len() as u64;
-        numbers.normal += placed.mesh.normals.len() as u64;
-        numbers.uv += placed.mesh.uvs.first().map_or(0, |set| set.len() as u64);
-    }
+    let mut number = 0_u64;
+    scene.placements(&mut |mesh, instances| {
+        for instance in instances {
+            text.push_str(&format!("o {}_{number}\n", token(tables.name(instance.name))));
+            number += 1;
+            let placed = Placed::new(mesh, instance);
+            write_vertices(&mut file, &mut text, tables, &placed)?;
+            write_faces(&mut file, &mut text, tables, &placed, &numbers)?;
+            numbers.position += mesh.positions.len() as u64;
+            numbers.normal += mesh.normals.len() as u64;
+            numbers.uv += mesh.uvs.first().map_or(0, |set| set.len() as u64);
+        }
+        Ok(())
+    })?;
     drain(&mut file, &mut text, 0)?;
     lost.warn("OBJ holds no cameras, lights and sky", "", "write .glb to keep cameras and lights");
     file.finish()

@@ -1,7 +1,8 @@
 //! PLY: all instances as one mesh in world space, binary little-endian.
 
 use crate::ExportError;
-use crate::flatten::{Placed, totals};
+use crate::flatten::Placed;
+use crate::source::Source;
 use crate::target::Target;
 use std::path::Path;
 use vastlight_math::{Vec3, Vec4, real::pow};
@@ -15,37 +16,74 @@ struct Layout {
     colors: bool,
 }
 
-pub(crate) fn write(scene: &Scene, path: &Path, lost: &mut Diagnostics) -> Result<(), ExportError> {
-    let (vertices, triangles) = totals(scene);
-    if vertices > u64::from(u32::MAX) || triangles > u64::from(u32::MAX) {
-        let what = format!("{vertices} vertices and {triangles} triangles do not fit 32-bit numbers");
-        return Err(ExportError::too_large(path, what, "write .glb, which keeps instances"));
+/// Vertices and triangles of all placements, and what all or some meshes have.
+#[derive(Clone, Copy, Debug)]
+struct Totals {
+    vertices: u64,
+    triangles: u64,
+    all_have_normals: bool,
+    some_have_uvs: bool,
+}
+
+pub(crate) fn write(scene: &impl Source, path: &Path, lost: &mut Diagnostics) -> Result<(), ExportError> {
+    if let Some(triangles) = scene.triangles() {
+        // Known within 1 %.
+        refuse_if_beyond(path, 0, triangles - triangles / 64)?;
     }
-    note_losses(scene, lost);
-    let used = |has: fn(&vastlight_scene::Mesh) -> bool| scene.meshes().iter().any(has);
+    let totals = totals(scene)?;
+    refuse_if_beyond(path, totals.vertices, totals.triangles)?;
+    let tables = scene.tables();
+    note_losses(tables, lost);
     let layout = Layout {
-        normals: !scene.meshes().is_empty() && !used(|m| m.normals.is_empty()),
-        uvs: !scene.textures().is_empty() && used(|m| !m.uvs.is_empty()),
+        normals: totals.vertices > 0 && totals.all_have_normals,
+        uvs: !tables.textures().is_empty() && totals.some_have_uvs,
         colors: true,
     };
     let mut file = Target::create(path)?;
-    file.put(header(layout, vertices, triangles).as_bytes())?;
-    for instance in scene.instances() {
-        write_vertices(&mut file, scene, &Placed::new(scene, instance), layout)?;
-    }
+    file.put(header(layout, totals.vertices, totals.triangles).as_bytes())?;
+    scene.placements(&mut |mesh, instances| {
+        instances.iter().try_for_each(|i| write_vertices(&mut file, tables, &Placed::new(mesh, i), layout))
+    })?;
     let mut first = 0;
-    for instance in scene.instances() {
-        let placed = Placed::new(scene, instance);
-        for t in 0..placed.mesh.triangles.len() {
-            let mut face = [3_u8; 13];
-            for (slot, index) in face[1..].chunks_exact_mut(4).zip(placed.triangle(t)) {
-                slot.copy_from_slice(&(first + index).to_le_bytes());
-            }
-            file.put(&face)?;
+    scene.placements(&mut |mesh, instances| {
+        for instance in instances {
+            write_faces(&mut file, &Placed::new(mesh, instance), first)?;
+            first += mesh.positions.len() as u32;
         }
-        first += placed.mesh.positions.len() as u32;
-    }
+        Ok(())
+    })?;
     file.finish()
+}
+
+fn totals(scene: &impl Source) -> Result<Totals, ExportError> {
+    let mut totals = Totals { vertices: 0, triangles: 0, all_have_normals: true, some_have_uvs: false };
+    scene.placements(&mut |mesh, instances| {
+        totals.vertices += mesh.positions.len() as u64 * instances.len() as u64;
+        totals.triangles += mesh.triangles.len() as u64 * instances.len() as u64;
+        totals.all_have_normals &= !mesh.normals.is_empty();
+        totals.some_have_uvs |= !mesh.uvs.is_empty();
+        Ok(())
+    })?;
+    Ok(totals)
+}
+
+fn refuse_if_beyond(path: &Path, vertices: u64, triangles: u64) -> Result<(), ExportError> {
+    if vertices.max(triangles) <= u64::from(u32::MAX) {
+        return Ok(());
+    }
+    let what = format!("{vertices} vertices and {triangles} triangles do not fit 32-bit numbers");
+    Err(ExportError::too_large(path, what, "ask for fewer triangles, or write .glb, which keeps instances"))
+}
+
+fn write_faces(file: &mut Target, placed: &Placed<'_>, first: u32) -> Result<(), ExportError> {
+    for t in 0..placed.mesh.triangles.len() {
+        let mut face = [3_u8; 13];
+        for (slot, index) in face[1..].chunks_exact_mut(4).zip(placed.triangle(t)) {
+            slot.copy_from_slice(&(first + index).to_le_bytes());
+        }
+        file.put(&face)?;
+    }
+    Ok(())
 }
 
 fn header(layout: Layout, vertices: u64, triangles: u64) -> String {

@@ -1,10 +1,10 @@
 //! What is written is what is read again.
 
 use std::path::{Path, PathBuf};
-use vastlight_export::write;
+use vastlight_export::{write, write_stream};
 use vastlight_import::{LoadOptions, load};
-use vastlight_scene::generate::{GenerateOptions, by_name, names};
-use vastlight_scene::{Camera, Projection, Scene, SceneDesc};
+use vastlight_scene::generate::{GenerateOptions, by_name, names, stream};
+use vastlight_scene::{Camera, Instance, Projection, Scene, SceneDesc, SceneError, SceneStream};
 
 /// A small version of a demo: the first size that it accepts.
 fn demo(name: &str) -> Scene {
@@ -158,4 +158,52 @@ fn unknown_extensions_and_unwritable_places_are_errors() {
     assert!(error.to_string().contains(".glb"), "{error}");
     let error = write(&scene, Path::new("no/such/folder/scene.glb")).expect_err("no folder");
     assert!(error.to_string().contains("no/such/folder"), "{error}");
+}
+
+#[test]
+fn a_stream_is_written_as_the_whole_scene_is() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let options = GenerateOptions { triangles: Some(20_000), seed: 3 };
+    let terrain = || stream("terrain", &options);
+    let cornell = || {
+        let mut desc = by_name("cornell", &GenerateOptions::default())?;
+        let again: Vec<Instance> = desc.instances.iter().rev().copied().collect();
+        desc.instances.extend(again);
+        Ok(SceneStream::from(desc))
+    };
+    let makes: [&dyn Fn() -> Result<SceneStream, SceneError>; 2] = [&terrain, &cornell];
+    for make in makes {
+        let scene = Scene::new(make().expect("made").collect().expect("whole")).expect("valid");
+        for extension in vastlight_export::FORMATS {
+            let path = |name: &str| directory.path().join(format!("{name}/scene.{extension}"));
+            for folder in ["whole", "stream"] {
+                std::fs::create_dir_all(directory.path().join(folder)).expect("a folder");
+            }
+            let lost = write(&scene, &path("whole")).expect("writes");
+            let written = write_stream(make, &path("stream")).expect("writes");
+            assert_eq!(written.triangles, scene.instanced_triangles());
+            assert_eq!(written.lost.items(), lost.items());
+            let bytes = |name: &str| std::fs::read(path(name)).expect("written");
+            assert!(bytes("whole") == bytes("stream"), "{extension}");
+        }
+    }
+}
+
+#[test]
+fn a_stream_too_large_or_broken_leaves_nothing_behind() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let broken = || {
+        let whole = stream("cornell", &GenerateOptions::default())?;
+        let pieces = whole.pieces.take(2).chain([Err(SceneError::new("lost its way", "", ""))]);
+        Ok(SceneStream { pieces: Box::new(pieces), ..whole })
+    };
+    let huge = || stream("terrain", &GenerateOptions { triangles: Some(4_000_000_000), seed: 0 });
+    for (extension, says) in [("glb", "4 GiB"), ("ply", "lost its way"), ("obj", "lost its way")] {
+        let path = directory.path().join(format!("scene.{extension}"));
+        let error = write_stream(if says == "4 GiB" { &huge } else { &broken }, &path).expect_err("refused");
+        assert!(error.to_string().contains(says), "{error}");
+        assert!(!path.exists());
+    }
+    let left = std::fs::read_dir(directory.path()).expect("lists").flatten();
+    assert!(left.into_iter().all(|e| e.path().extension().is_some_and(|x| x == "mtl")));
 }

@@ -122,6 +122,18 @@ impl Scene {
         &self.extents
     }
 
+    /// Checks and completes one more mesh as [`Scene::new`] does with those of its description; the scene stays as it
+    /// is. For meshes that come one by one.
+    ///
+    /// # Errors
+    /// The first index out of range.
+    pub fn prepare(&self, mesh: &mut Mesh) -> Result<Vec<Diagnostic>, SceneError> {
+        check_mesh(mesh, self.desc.materials.len())?;
+        let found = repair_mesh(mesh);
+        tangents::derive(mesh, &tangent_sets(&self.desc.materials, &self.desc.textures));
+        Ok(found)
+    }
+
     /// Meshes, shared by instances.
     #[must_use]
     pub fn meshes(&self) -> &[Mesh] {
@@ -137,7 +149,13 @@ impl Scene {
     /// The name of an instance.
     #[must_use]
     pub fn instance_name(&self, instance: u32) -> &str {
-        self.desc.names.get(self.desc.instances[instance as usize].name as usize).map_or("", String::as_str)
+        self.name(self.desc.instances[instance as usize].name)
+    }
+
+    /// The name that instances refer to by this number; empty where there is none.
+    #[must_use]
+    pub fn name(&self, name: u32) -> &str {
+        self.desc.names.get(name as usize).map_or("", String::as_str)
     }
 
     /// Materials, at least one.
@@ -407,6 +425,19 @@ mod tests {
         assert_eq!(scene.meshes()[0].triangles.len(), 2);
         assert_eq!(scene.diagnostics().items().len(), 1);
         assert!(scene.bounds().max.is_finite());
+    }
+
+    #[test]
+    fn a_mesh_prepared_alone_is_that_of_the_scene() {
+        let mut desc = one_triangle();
+        desc.meshes[0].positions = vec![Vec3::ZERO, Vec3::new(1234.567, 0.1, 0.0), Vec3::Y * 1e-5];
+        let mut mesh = desc.meshes[0].clone();
+        let scene = Scene::new(desc).expect("valid");
+        assert_ne!(mesh, scene.meshes()[0]);
+        scene.prepare(&mut mesh).expect("valid");
+        assert_eq!(mesh, scene.meshes()[0]);
+        mesh.triangles.push([0, 1, 9]);
+        assert!(scene.prepare(&mut mesh).expect_err("out of range").what.contains("vertex index 9"));
     }
 
     #[test]

@@ -6,8 +6,8 @@ use clap::Args;
 use std::path::PathBuf;
 use vastlight::export::{self, ExportError};
 use vastlight::film::check_writable;
-use vastlight::scene::{Scene, generate};
-use vastlight::{Error, ErrorClass, LoadOptions, describe};
+use vastlight::scene::generate::{self, GenerateOptions};
+use vastlight::{Error, ErrorClass};
 
 /// Write a procedural scene to a file (.glb, .obj, .ply); the same seed gives the same file
 #[derive(Args, Debug)]
@@ -34,14 +34,13 @@ pub(crate) fn run(arguments: &Generate, common: &Common) -> Result<Exit, Error> 
         return Err(Error::usage("unknown kind of scene file", place, hint));
     }
     check_writable(&arguments.output)?;
-    let mut options = LoadOptions::default();
-    options.generate.triangles = arguments.triangles;
-    options.generate.seed = arguments.seed;
-    let scene = Scene::new(describe(&format!("demo:{}", arguments.kind), &options)?)?;
-    let lost = export::write(&scene, &arguments.output).map_err(|e| write_error(&e))?;
+    let options = GenerateOptions { triangles: arguments.triangles, seed: arguments.seed };
+    let make = || generate::stream(&arguments.kind, &options);
+    make()?;
+    let written = export::write_stream(&make, &arguments.output).map_err(|e| write_error(&e))?;
     if !common.quiet {
-        lost.items().iter().for_each(|item| eprintln!("warning: {item}"));
-        eprintln!("{}: {} triangles", arguments.output.display(), scene.instanced_triangles());
+        written.lost.items().iter().for_each(|item| eprintln!("warning: {item}"));
+        eprintln!("{}: {} triangles", arguments.output.display(), written.triangles);
     }
     Ok(Exit::Done)
 }

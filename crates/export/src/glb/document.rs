@@ -1,7 +1,7 @@
 //! The JSON of a GLB. Nodes, which may be millions, are written one by one; the rest is small.
 
 use super::EXTRAS_HINT;
-use super::layout::{Layout, Primitive, attributes};
+use super::layout::{Layout, MeshLayout, Primitive};
 use super::material::{self, Extensions};
 use super::number::{color_and_strength, number, numbers};
 use crate::ExportError;
@@ -9,7 +9,7 @@ use crate::target::Target;
 use serde_json::{Map, Value, json};
 use vastlight_math::{Affine3, Vec3};
 use vastlight_scene::{
-    Camera, Diagnostics, Environment, Filter, Light, LightKind, Mesh, Projection, Scene, Texture, Wrap,
+    Camera, Diagnostics, Environment, Filter, Instance, Light, LightKind, Projection, Scene, Texture, Wrap,
 };
 
 const ARRAY_BUFFER: u32 = 34962;
@@ -19,6 +19,7 @@ const ELEMENT_BUFFER: u32 = 34963;
 pub(super) struct Document<'a> {
     pub(super) scene: &'a Scene,
     pub(super) layout: &'a Layout,
+    pub(super) instances: &'a [Instance],
 }
 
 /// Tables that refer to the binary chunk.
@@ -93,12 +94,9 @@ impl Document<'_> {
     }
 
     fn meshes(&self, root: &mut Map<String, Value>, tables: &mut Tables) {
-        let all = self.scene.meshes().iter().zip(&self.layout.primitives).zip(&self.layout.meshes);
         // A mesh without triangles is no glTF mesh.
-        let list = all
-            .filter(|((_, primitives), _)| !primitives.is_empty())
-            .map(|((mesh, primitives), &offset)| mesh_json(mesh, primitives, offset, tables))
-            .collect();
+        let some = self.layout.meshes.iter().filter(|mesh| !mesh.primitives.is_empty());
+        let list = some.map(|mesh| mesh_json(mesh, tables)).collect();
         set(root, "meshes", list);
     }
 
@@ -129,8 +127,8 @@ impl Document<'_> {
             count += 1;
             file.put(format!("{}{node}", if count == 1 { ",\"nodes\":[" } else { "," }).as_bytes())
         };
-        for (i, instance) in self.scene.instances().iter().enumerate() {
-            let name = Value::from(self.scene.instance_name(i as u32));
+        for instance in self.instances {
+            let name = Value::from(self.scene.name(instance.name));
             let mesh = numbers[instance.mesh as usize].map_or(String::new(), |n| format!(",\"mesh\":{n}"));
             put(format!("{{\"name\":{name}{mesh}{}}}", place(&instance.world_from_object)))?;
         }
@@ -152,11 +150,11 @@ impl Document<'_> {
     /// The number of each mesh among those that have triangles.
     fn mesh_numbers(&self) -> Vec<Option<usize>> {
         let mut next = 0;
-        let mut number = |primitives: &Vec<Primitive>| {
-            next += usize::from(!primitives.is_empty());
-            (!primitives.is_empty()).then(|| next - 1)
+        let mut number = |mesh: &MeshLayout| {
+            next += usize::from(!mesh.primitives.is_empty());
+            (!mesh.primitives.is_empty()).then(|| next - 1)
         };
-        self.layout.primitives.iter().map(&mut number).collect()
+        self.layout.meshes.iter().map(&mut number).collect()
     }
 
     /// What glTF has no place for: light from infinity, or that there is none.
@@ -189,18 +187,20 @@ fn set(root: &mut Map<String, Value>, key: &str, list: Vec<Value>) {
     }
 }
 
-fn mesh_json(mesh: &Mesh, primitives: &[Primitive], offset: u64, tables: &mut Tables) -> Value {
-    let mut at = offset;
-    let views: Vec<(String, &str, u64, usize)> = attributes(mesh)
-        .into_iter()
+fn mesh_json(mesh: &MeshLayout, tables: &mut Tables) -> Value {
+    let mut at = mesh.offset;
+    let views: Vec<(&str, &str, u64, usize)> = mesh
+        .attributes
+        .iter()
         .map(|(name, kind, size)| {
-            let length = size * mesh.positions.len() as u64;
-            let view = tables.vertex_view(at, length, size);
+            let length = size * mesh.vertices;
+            let view = tables.vertex_view(at, length, *size);
             at += length;
-            (name, kind, size, view)
+            (name.as_str(), *kind, *size, view)
         })
         .collect();
-    let list: Vec<Value> = primitives
+    let list: Vec<Value> = mesh
+        .primitives
         .iter()
         .map(|primitive| {
             let value = primitive_json(primitive, &views, at, tables);
@@ -213,7 +213,7 @@ fn mesh_json(mesh: &Mesh, primitives: &[Primitive], offset: u64, tables: &mut Ta
 
 fn primitive_json(
     primitive: &Primitive,
-    views: &[(String, &str, u64, usize)],
+    views: &[(&str, &str, u64, usize)],
     index_offset: u64,
     tables: &mut Tables,
 ) -> Value {
@@ -226,11 +226,11 @@ fn primitive_json(
             "count": primitive.vertices,
             "type": kind,
         });
-        if name == "POSITION" {
+        if *name == "POSITION" {
             accessor["min"] = numbers(&primitive.bounds.min.to_array());
             accessor["max"] = numbers(&primitive.bounds.max.to_array());
         }
-        named.insert(name.clone(), tables.accessors.len().into());
+        named.insert((*name).into(), tables.accessors.len().into());
         tables.accessors.push(accessor);
     }
     let size = if primitive.short_indices { 2 } else { 4 };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 use vastlight_math::Aabb;
-use vastlight_scene::{Mesh, Scene};
+use vastlight_scene::{Instance, Mesh, PieceInstance};
 
 /// A mesh's run of triangles with one material, over the range of vertices that it uses.
 #[derive(Clone, Debug)]
@@ -23,40 +23,62 @@ impl Primitive {
     }
 }
 
-/// The primitives of every mesh and the offsets of what follows the vertices.
+/// Where a mesh lies, without its data.
 #[derive(Debug)]
+pub(super) struct MeshLayout {
+    pub(super) name: String,
+    /// Names, types and sizes in bytes of the attributes, in file order.
+    pub(super) attributes: Vec<(String, &'static str, u64)>,
+    pub(super) vertices: u64,
+    pub(super) primitives: Vec<Primitive>,
+    pub(super) offset: u64,
+}
+
+/// Where everything lies, and what the nodes place.
+#[derive(Debug, Default)]
 pub(super) struct Layout {
-    pub(super) primitives: Vec<Vec<Primitive>>,
-    /// Offset of each mesh's data.
-    pub(super) meshes: Vec<u64>,
+    pub(super) meshes: Vec<MeshLayout>,
+    /// Placements that came with their meshes.
+    pub(super) instances: Vec<Instance>,
     /// Offset and length of each image; length 0 for one that no texture uses.
     pub(super) images: Vec<(u64, u64)>,
-    /// Length of the chunk, a multiple of four.
+    /// Length of the chunk so far, a multiple of four.
     pub(super) bytes: u64,
 }
 
 impl Layout {
-    pub(super) fn new(scene: &Scene, images: &[Vec<u8>]) -> Self {
-        let primitives: Vec<Vec<Primitive>> = scene.meshes().iter().map(split).collect();
-        let mut bytes = 0;
-        let mut meshes = Vec::with_capacity(primitives.len());
-        for (mesh, primitives) in scene.meshes().iter().zip(&primitives) {
-            meshes.push(bytes);
-            bytes += mesh.positions.len() as u64 * vertex_bytes(mesh);
-            bytes += primitives.iter().map(Primitive::index_bytes).sum::<u64>();
-        }
-        let mut place = |image: &Vec<u8>| {
-            let at = bytes;
-            bytes += (image.len() as u64).next_multiple_of(4);
-            (at, image.len() as u64)
+    /// Puts a mesh after those before it.
+    pub(super) fn add(&mut self, mesh: &Mesh, instances: &[PieceInstance]) {
+        let number = self.meshes.len() as u32;
+        let instance = |i: &PieceInstance| Instance {
+            world_from_object: i.world_from_object,
+            mesh: number,
+            name: i.name,
         };
-        let images = images.iter().map(&mut place).collect();
-        Self { primitives, meshes, images, bytes }
+        self.instances.extend(instances.iter().map(instance));
+        let layout = MeshLayout {
+            name: mesh.name.clone(),
+            attributes: attributes(mesh),
+            vertices: mesh.positions.len() as u64,
+            primitives: split(mesh),
+            offset: self.bytes,
+        };
+        self.bytes += layout.vertices * layout.attributes.iter().map(|(_, _, size)| size).sum::<u64>();
+        self.bytes += layout.primitives.iter().map(Primitive::index_bytes).sum::<u64>();
+        self.meshes.push(layout);
+    }
+
+    /// Puts images after the meshes.
+    pub(super) fn add_images(&mut self, images: &[Vec<u8>]) {
+        for image in images {
+            self.images.push((self.bytes, image.len() as u64));
+            self.bytes += (image.len() as u64).next_multiple_of(4);
+        }
     }
 }
 
-/// Names and sizes in bytes of a mesh's attributes, in file order.
-pub(super) fn attributes(mesh: &Mesh) -> Vec<(String, &'static str, u64)> {
+/// Names, types and sizes in bytes of a mesh's attributes, in file order.
+fn attributes(mesh: &Mesh) -> Vec<(String, &'static str, u64)> {
     let mut list = vec![("POSITION".to_owned(), "VEC3", 12)];
     if !mesh.normals.is_empty() {
         list.push(("NORMAL".into(), "VEC3", 12));
@@ -70,10 +92,6 @@ pub(super) fn attributes(mesh: &Mesh) -> Vec<(String, &'static str, u64)> {
         list.push(("COLOR_0".into(), "VEC4", 16));
     }
     list
-}
-
-fn vertex_bytes(mesh: &Mesh) -> u64 {
-    attributes(mesh).iter().map(|(_, _, size)| size).sum()
 }
 
 fn split(mesh: &Mesh) -> Vec<Primitive> {

@@ -5,6 +5,7 @@ mod layout;
 mod material;
 mod number;
 
+use crate::source::Source;
 use crate::target::Target;
 use crate::{ExportError, png};
 use document::Document;
@@ -19,21 +20,31 @@ const LIMIT: u64 = u32::MAX as u64;
 const EXTRAS_HINT: &str = "vastlight reads it there, other programs do not";
 const HINT: &str = "write .ply, or ask for fewer triangles";
 
-pub(crate) fn write(scene: &Scene, path: &Path, lost: &mut Diagnostics) -> Result<(), ExportError> {
-    let images = encode_images(scene, lost)?;
-    let layout = Layout::new(scene, &images);
+pub(crate) fn write(scene: &impl Source, path: &Path, lost: &mut Diagnostics) -> Result<(), ExportError> {
+    let tables = scene.tables();
+    // Six bytes a triangle at least; the number is known within 1 %.
+    refuse_if_beyond(path, scene.triangles().unwrap_or(0).saturating_mul(5))?;
+    let images = encode_images(tables, lost)?;
+    let mut layout = Layout::default();
+    scene.meshes(&mut |mesh, instances| {
+        layout.add(mesh, instances);
+        refuse_if_beyond(path, layout.bytes)
+    })?;
+    layout.add_images(&images);
     refuse_if_beyond(path, layout.bytes)?;
     let mut file = Target::create(path)?;
     file.put(b"glTF\x02\0\0\0\0\0\0\0\0\0\0\0JSON")?;
-    Document { scene, layout: &layout }.write(&mut file, lost)?;
+    let instances = scene.instances().unwrap_or(&layout.instances);
+    Document { scene: tables, layout: &layout, instances }.write(&mut file, lost)?;
     file.pad(b' ')?;
     let json_bytes = file.written() - 20;
     refuse_if_beyond(path, file.written() + 8 + layout.bytes)?;
     file.put(&(layout.bytes as u32).to_le_bytes())?;
     file.put(b"BIN\0")?;
-    for (mesh, primitives) in scene.meshes().iter().zip(&layout.primitives) {
-        write_mesh(&mut file, mesh, primitives)?;
-    }
+    let mut places = layout.meshes.iter();
+    scene.meshes(&mut |mesh, _| {
+        places.next().map_or(Ok(()), |place| write_mesh(&mut file, mesh, &place.primitives))
+    })?;
     for image in &images {
         file.put(image)?;
         file.pad(0)?;
@@ -48,7 +59,7 @@ fn refuse_if_beyond(path: &Path, bytes: u64) -> Result<(), ExportError> {
     if bytes <= LIMIT {
         return Ok(());
     }
-    let what = format!("the scene needs {bytes} bytes, a GLB ends at 4 GiB");
+    let what = format!("the scene needs {bytes} bytes or more, a GLB ends at 4 GiB");
     Err(ExportError::too_large(path, what, HINT))
 }
 
