@@ -35,7 +35,7 @@ pub(super) fn terrain(options: &GenerateOptions) -> SceneStream {
     b.desc.cameras.push(camera(options.seed as u32));
     let grid = Grid::new(options.triangles.unwrap_or(2_000_000), ground, options.seed as u32);
     let tiles = grid.tiles();
-    let pieces = read_ahead(0..tiles[0] * tiles[1], rayon::current_num_threads() + 1, move |tile| {
+    let pieces = read_ahead(0..tiles[0] * tiles[1], rayon::current_num_threads(), move |tile| {
         let (across, along) = (tile % tiles[0], tile / tiles[0]);
         let part = |cells: u32, n: u32, i: u32| {
             let at = |i: u32| (u64::from(cells) * u64::from(i) / u64::from(n)) as u32;

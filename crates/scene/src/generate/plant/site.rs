@@ -50,6 +50,8 @@ impl Layout {
 pub(super) fn site(triangles: u64, options: &GenerateOptions) -> SceneStream {
     let mut b = Builder::default();
     let f = finishes(&mut b, options.seed);
+    // Grinding marks need tangents, which would double what a unit costs.
+    b.desc.materials.iter_mut().for_each(|material| material.anisotropy = 0.0);
     let gravel = b.material(stone("gravel", srgb(0x77736b), 0.95));
     let layout = Layout::new(triangles.div_ceil(UNIT).max(1));
     ground(&mut b, &f, gravel, &layout);
@@ -59,7 +61,7 @@ pub(super) fn site(triangles: u64, options: &GenerateOptions) -> SceneStream {
     b.desc.names.push("process unit".into());
     let ground = SceneStream::from(std::mem::take(&mut b.desc));
     let root = Chance::new(options.seed, 600);
-    let units = read_ahead(0..layout.units, rayon::current_num_threads() + 1, move |number| {
+    let units = read_ahead(0..layout.units, rayon::current_num_threads(), move |number| {
         let budget = triangles * (number + 1) / layout.units - triangles * number / layout.units;
         let mesh = unit(&f, budget as usize, &root.part(number));
         let world_from_object = Affine3::from_translation(layout.middle(number));
@@ -180,9 +182,11 @@ mod tests {
 
     #[test]
     fn units_are_small_and_meet_their_number() {
-        let mesh = &some_units(1)[0];
-        assert!(mesh.triangles.len().abs_diff(UNIT as usize) < 10_000, "{}", mesh.triangles.len());
-        let reach = mesh.bounds().size() * 0.5;
-        assert!(reach.x.max(reach.z) <= PITCH * 0.5 + 0.5, "{reach}");
+        for mesh in some_units(24) {
+            let missing = UNIT as usize - mesh.triangles.len();
+            assert!(missing < 3_000, "{missing}");
+            let reach = mesh.bounds().size() * 0.5;
+            assert!(reach.x.max(reach.z) <= PITCH * 0.5 + 0.6, "{reach}");
+        }
     }
 }

@@ -12,7 +12,7 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use vastlight_math::{Affine3, Vec2, Vec3, real::sin_cos};
 
 /// Distance between the rings of cladding in metres.
-const RING: f32 = 0.05;
+const RING: f32 = 0.08;
 
 /// What the unit's kind has.
 pub(super) fn vessels(pile: &mut Pile, f: &Finishes, plan: &Plan, chance: &mut Chance) {
@@ -60,7 +60,7 @@ fn cladding(sheet: f32, dents: f32, seed: u32) -> impl Fn(Vec3) -> f32 {
     move |p| {
         let row = p.y / sheet;
         let in_sheet = row - row.floor();
-        let band = if in_sheet < 0.06 { 0.006 } else { 0.0 };
+        let band = if in_sheet < 0.09 { 0.006 } else { 0.0 };
         band + dents * fbm(p * 1.7, 3, 0.6, seed)
     }
 }
@@ -120,7 +120,7 @@ fn column(pile: &mut Pile, f: &Finishes, hole: &Hole, height: f32, chance: &mut 
     let material = [f.tank, f.pipes[4], f.tank, f.pipes[5]][chance.below(4) as usize];
     let profile = dished(radius, low, height - 0.5 * radius);
     let bump = cladding(chance.range(0.8, 1.3), chance.range(0.004, 0.012), chance.bits() as u32);
-    pile.add(material, &skin(&profile, (radius * 110.0) as u32, bump).transformed(&at));
+    pile.add(material, &skin(&profile, (radius * 70.0) as u32 + 12, bump).transformed(&at));
     let skirt = [[radius * 1.15, 0.3], [radius * 0.97, low + 0.2]].map(Vec2::from_array);
     pile.add(f.concrete, &lathe::lathe(&skirt, 64).transformed(&at));
     let foot = lathe::cylinder(radius * chance.range(1.3, 1.45), 0.3, 48);
@@ -191,7 +191,7 @@ fn drum(pile: &mut Pile, f: &Finishes, at: Vec3, half: f32, radius: f32, chance:
     let profile = dished(radius, -half, half - 0.3);
     let bump = cladding(chance.range(0.8, 1.2), chance.range(0.003, 0.01), chance.bits() as u32);
     let material = [f.tank, f.pipes[4], f.pipes[1], f.pipes[3]][chance.below(4) as usize];
-    pile.add(material, &skin(&profile, (radius * 120.0) as u32, bump).transformed(&lying));
+    pile.add(material, &skin(&profile, (radius * 80.0) as u32 + 12, bump).transformed(&lying));
     let joint = lying * Affine3::from_translation(Vec3::Y * (half * chance.range(0.6, 0.8)));
     flanges(pile, f, &joint, radius * 0.98, chance);
     for z in [-0.55, 0.5] {
@@ -214,7 +214,7 @@ fn tank(pile: &mut Pile, f: &Finishes, hole: &Hole, height: f32, chance: &mut Ch
     });
     let profile: Vec<Vec2> = shell.chain(roof).collect();
     let bump = cladding(chance.range(1.6, 2.2), chance.range(0.008, 0.02), chance.bits() as u32);
-    pile.add([f.tank, f.pipes[4]][chance.below(2) as usize], &skin(&profile, (radius * 70.0) as u32, bump));
+    pile.add([f.tank, f.pipes[4]][chance.below(2) as usize], &skin(&profile, (radius * 56.0) as u32, bump));
     pile.add(f.concrete, &lathe::cylinder(radius + chance.range(0.3, 0.5), 0.15, 96));
     let start = chance.range(0.0, TAU);
     let (steps, mut rail) = ((height / 0.2) as u32, Vec::new());
