@@ -67,7 +67,7 @@ const DEMOS: &[Demo] = &[
     Demo {
         name: "city",
         sizes: Some(Sizes { least: 200_000, most: 20_000_000_000 }),
-        make: Make::Whole(city::city),
+        make: Make::Pieces(city::city),
     },
     Demo { name: "cornell", sizes: None, make: Make::Whole(cornell::cornell) },
     Demo {
