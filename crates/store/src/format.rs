@@ -159,3 +159,25 @@ pub struct InstanceRow {
     /// Number of the name.
     pub name: u32,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_accel::compact::{PackedNode, PageRoot};
+    use vastlight_accel::wide::Node8;
+
+    #[test]
+    fn structs_have_the_documented_sizes() {
+        let found = [
+            size_of::<Header>(),
+            size_of::<SectionRow>(),
+            size_of::<MeshRow>(),
+            size_of::<EntryRow>(),
+            size_of::<InstanceRow>(),
+            size_of::<Node8>(),
+            size_of::<PageRoot>(),
+            size_of::<PackedNode>(),
+        ];
+        assert_eq!(found, [40, 24, 104, 16, 56, 256, 32, 92]);
+    }
+}

@@ -8,7 +8,8 @@ use vastlight_accel::compact::CompactMesh;
 use vastlight_paging::{Directory, FileSource, KernelCache, PageError, Source};
 use vastlight_scene::Scene;
 use vastlight_store::{AttributeIndex, AttributeLayout, Store, StoreError};
-use vastlight_transport::PagesError;
+use vastlight_trace::paged::Caches;
+use vastlight_transport::{PagedGeometry, PagesError};
 
 /// The extension of stores.
 pub(crate) const STORE: &str = "vls";
@@ -37,6 +38,13 @@ pub struct StoredMeshes {
     pub attributes: Directory,
     /// Where the attributes of a triangle are.
     pub index: AttributeIndex,
+}
+
+impl StoredMeshes {
+    /// The meshes through caches over their pages.
+    pub(crate) fn pages<'a>(&'a self, caches: &'a Caches) -> PagedGeometry<'a> {
+        PagedGeometry { caches, index: &self.index, layouts: &self.layouts }
+    }
 }
 
 impl From<Scene> for OpenScene {

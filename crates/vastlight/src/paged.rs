@@ -31,6 +31,12 @@ pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<C
     let batches = rayon::current_num_threads();
     let geometry = Pages::new(&stored.geometry, SLACK, batches);
     let attributes = Pages::new(&stored.attributes, 0, batches);
+    if let Some(fraction) = request.cache_fraction {
+        return Ok(Caches {
+            geometry: geometry.part(stored, fraction)?,
+            attributes: attributes.part(stored, fraction)?,
+        });
+    }
     let film = film_bytes(request.settings.region().pixels(), &request.aovs);
     let fixed = rss_bytes().unwrap_or(0) + film + batches as u64 * WAVE_BYTES_PER_THREAD + MARGIN;
     let (least, most) = (geometry.least() + attributes.least(), geometry.most() + attributes.most());
@@ -84,6 +90,12 @@ impl<'d> Pages<'d> {
     /// Bytes of a cache for all pages.
     fn most(&self) -> u64 {
         self.bytes(self.directory.pages().max(self.config.slots))
+    }
+
+    /// A cache of a part of all pages.
+    fn part(&self, stored: &StoredMeshes, fraction: f32) -> Result<PageCache, Error> {
+        let slots = (self.directory.pages() as f64 * f64::from(fraction)).ceil() as usize;
+        self.cache(stored, self.bytes(slots.max(self.config.slots)))
     }
 
     /// The largest cache of at most so many bytes.

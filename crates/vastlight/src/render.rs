@@ -3,7 +3,7 @@
 use crate::ids::Ids;
 use crate::passes::PassSchedule;
 use crate::stats::{Ending, PagingStats, SceneCounts, Stats};
-use crate::{Error, ErrorClass, OpenScene, StoredMeshes, paged, peak_rss_bytes};
+use crate::{Error, ErrorClass, OpenScene, paged, peak_rss_bytes};
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
 use vastlight_trace::{Tracer, TracerConfig};
 use vastlight_transport::{
-    Lights, MaterialTable, PagedGeometry, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile,
+    Lights, MaterialTable, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile,
 };
 
 /// What to render.
@@ -29,6 +29,8 @@ pub struct RenderRequest {
     pub tracer: TracerConfig,
     /// Largest resident set of the process, for scenes in stores; `None` for three quarters of the machine.
     pub memory: Option<u64>,
+    /// The part of a store's pages that may be in memory at once, instead of what `memory` leaves room for.
+    pub cache_fraction: Option<f32>,
 }
 
 impl RenderRequest {
@@ -42,6 +44,7 @@ impl RenderRequest {
             time_limit: None,
             tracer: TracerConfig::default(),
             memory: None,
+            cache_fraction: None,
         }
     }
 }
@@ -110,11 +113,7 @@ pub fn render(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) 
 fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
     let start = Instant::now();
     let scene = &open.scene;
-    let tracer = match &open.stored {
-        None => Tracer::new(scene, &request.tracer),
-        Some(stored) => Tracer::over_pages(scene, stored.meshes.clone(), &request.tracer),
-    };
-    let tracer = tracer.map_err(|e| Error::new(ErrorClass::Usage, e.to_string(), "--accel", ""))?;
+    let tracer = tracer_of(open, request)?;
     let build_ms = millis(start.elapsed());
     let prepare_start = Instant::now();
     let materials = MaterialTable::new(scene);
@@ -122,9 +121,7 @@ fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>)
     let renderer = Renderer::new(scene, &tracer, &materials, &lights, request.settings.clone());
     let caches = open.stored.as_ref().map(|stored| paged::caches(stored, request)).transpose()?;
     let renderer = match (&open.stored, &caches) {
-        (Some(StoredMeshes { index, layouts, .. }), Some(caches)) => {
-            renderer.with_pages(PagedGeometry { caches, index, layouts })
-        }
+        (Some(stored), Some(caches)) => renderer.with_pages(stored.pages(caches)),
         _ => renderer,
     };
     let ids = Ids::new(scene, &request.aovs);
@@ -160,6 +157,27 @@ fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>)
         paging: caches.as_ref().map(PagingStats::new),
     };
     Ok(Rendered { film, mattes: ids.mattes(), stats })
+}
+
+/// The structures that rays are traced through.
+pub(crate) fn tracer_of(open: &OpenScene, request: &RenderRequest) -> Result<Tracer, Error> {
+    let tracer = match &open.stored {
+        None => Tracer::new(&open.scene, &request.tracer),
+        Some(stored) => Tracer::over_pages(&open.scene, stored.meshes.clone(), &request.tracer),
+    };
+    tracer.map_err(|e| Error::new(ErrorClass::Usage, e.to_string(), "--accel", ""))
+}
+
+/// A picture that is forgotten: what it cost, and how long it took.
+pub(crate) fn frame(
+    renderer: &Renderer<'_>,
+    ids: &Ids,
+    request: &RenderRequest,
+    control: &Control<'_>,
+) -> Result<(RenderStats, f64), Error> {
+    let mut film = Film::new(film_settings(request));
+    let outcome = Run::new(renderer, ids, request, control, None).all_passes(&mut film)?;
+    Ok((outcome.cost, outcome.render_ms))
 }
 
 fn millis(duration: Duration) -> f64 {

@@ -83,6 +83,27 @@ pub struct CacheCounts {
     pub resident_pages: u64,
 }
 
+impl CacheCounts {
+    fn since(&self, earlier: &Self) -> Self {
+        Self {
+            hits: self.hits - earlier.hits,
+            misses: self.misses - earlier.misses,
+            evictions: self.evictions - earlier.evictions,
+            reads: self.reads - earlier.reads,
+            bytes_read: self.bytes_read - earlier.bytes_read,
+            stall_ms: self.stall_ms - earlier.stall_ms,
+            resident_pages: self.resident_pages,
+        }
+    }
+
+    /// The part of all uses of pages that found them in memory; 1 where there were none.
+    #[must_use]
+    pub fn hit_rate(&self) -> f64 {
+        let uses = self.hits + self.misses;
+        if uses == 0 { 1.0 } else { self.hits as f64 / uses as f64 }
+    }
+}
+
 impl PagingStats {
     /// What the caches have done so far.
     #[must_use]
@@ -100,6 +121,15 @@ impl PagingStats {
             }
         };
         Self { geometry: counts(&caches.geometry), attributes: counts(&caches.attributes) }
+    }
+
+    /// What they did after `earlier`.
+    #[must_use]
+    pub fn since(&self, earlier: &Self) -> Self {
+        Self {
+            geometry: self.geometry.since(&earlier.geometry),
+            attributes: self.attributes.since(&earlier.attributes),
+        }
     }
 }
 

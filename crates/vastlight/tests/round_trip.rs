@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use vastlight::film::Picture;
 use vastlight::scene::generate::names;
 use vastlight::transport::RenderSettings;
-use vastlight::{CameraChoice, Control, LoadOptions, RenderRequest, export, load, render};
+use vastlight::{CameraChoice, Control, LoadOptions, OpenScene, RenderRequest, export, load, render};
 
 /// Demos that have the same path from file to picture as others here, and millions of triangles.
 const LARGE: [&str; 3] = ["city", "plant", "terrain"];
@@ -20,7 +20,8 @@ fn picture(scene: &vastlight::scene::Scene) -> Picture {
     let camera = CameraChoice::default().resolve(scene).expect("a camera");
     let request = RenderRequest::new(RenderSettings::new(camera, 64, 36), 2);
     let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-    render(scene, &request, &control).expect("renders").develop()
+    let open = OpenScene::from(scene.clone());
+    render(&open, &request, &control).expect("renders").develop()
 }
 
 fn pixels(picture: &Picture) -> impl Iterator<Item = f32> {

@@ -56,29 +56,10 @@ impl Pager for CachePager {
     }
 
     fn fetch(&mut self, geometry: &[u32], attributes: &[u32]) -> Result<(), PageError> {
-        // Whoever waits holds no snapshots.
-        self.geometry.rest();
-        self.attributes.rest();
-        if !geometry.is_empty() {
-            self.geometry.fetch(geometry)?;
-            self.geometry.rest();
-        }
-        if !attributes.is_empty() {
-            self.attributes.fetch(attributes)?;
-        }
-        self.geometry.resume();
-        self.attributes.resume();
-        Ok(())
+        Batch::fetch_all(&mut [(&mut self.geometry, geometry), (&mut self.attributes, attributes)])
     }
 
     fn used(&mut self, pages: &[u64]) {
-        let (_, usage) = self.geometry.parts();
-        for (first, &word) in (0..).step_by(64).zip(pages) {
-            let mut bits = word;
-            while bits != 0 {
-                usage.add(first + bits.trailing_zeros());
-                bits &= bits - 1;
-            }
-        }
+        self.geometry.note_used(pages);
     }
 }

@@ -2,6 +2,7 @@
 
 mod build;
 mod kdtree;
+mod ooc;
 mod path;
 mod sort;
 mod trace;
@@ -27,6 +28,7 @@ enum What {
     Kdtree(kdtree::Kdtree),
     Sort(sort::Sort),
     Path(Box<path::Path>),
+    Ooc(Box<ooc::Ooc>),
 }
 
 pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<Exit, Error> {
@@ -35,6 +37,7 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
         What::Build(arguments) => build::run(arguments, common),
         What::Kdtree(arguments) => kdtree::run(arguments, common),
         What::Sort(arguments) => sort::run(arguments),
+        What::Ooc(arguments) => ooc::run(arguments, common),
         What::Path(arguments) => path::run(arguments, common, start),
     }
 }

@@ -1,0 +1,131 @@
+//! `vastlight bench ooc STORE`: frames through caches of a part of the store.
+
+use crate::arguments::{Common, SceneArguments};
+use crate::commands::render::PictureArguments;
+use crate::exit::Exit;
+use crate::interrupt;
+use clap::{Args, ValueEnum};
+use serde_json::json;
+use vastlight::math::Affine3;
+use vastlight::scene::{Camera, Scene};
+use vastlight::transport::Integrator;
+use vastlight::{Control, Error, OocFigures, RenderRequest, measure_ooc, peak_rss_bytes};
+
+/// Frames of a scene in a store (.vls) through caches that hold a part of it
+#[derive(Args, Debug)]
+pub(crate) struct Ooc {
+    #[command(flatten)]
+    scene: SceneArguments,
+    #[command(flatten)]
+    picture: PictureArguments,
+    /// Parts of the pages that may be in memory at once, the first to compare the others with
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1.0, 0.333, 0.1, 0.05, 0.02, 0.01, 0.001])]
+    cache_fraction: Vec<f32>,
+    /// From where: far sees all, near is the scene's own camera, or a nearer one
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values = ["far", "near"])]
+    view: Vec<View>,
+    /// How light is computed
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values = ["primary", "direct", "path"])]
+    mode: Vec<Mode>,
+    /// Frames after the first; the best counts
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    repeat: u32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum View {
+    Far,
+    Near,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Mode {
+    /// Camera rays alone
+    Primary,
+    /// Direct light
+    Direct,
+    /// Paths of three bounces
+    Path,
+}
+
+impl View {
+    fn camera(self, scene: &Scene) -> Camera {
+        let (own, far) = (&scene.cameras()[0], Camera::framing(&scene.bounds()));
+        match self {
+            Self::Far => far,
+            Self::Near if own.world_from_camera != far.world_from_camera => own.clone(),
+            Self::Near => {
+                let to_center = scene.bounds().center() - far.world_from_camera.translation;
+                let nearer = Affine3::from_translation(to_center * 0.7);
+                Camera { world_from_camera: nearer * far.world_from_camera, ..far }
+            }
+        }
+    }
+
+    fn name(self) -> &'static str {
+        if self == Self::Far { "far" } else { "near" }
+    }
+}
+
+impl Mode {
+    fn apply(self, request: &mut RenderRequest) {
+        let (integrator, depth) = match self {
+            Self::Primary => (Integrator::Primary, 1),
+            Self::Direct => (Integrator::Direct, 2),
+            Self::Path => (Integrator::Path, 4),
+        };
+        (request.settings.integrator, request.settings.max_depth) = (integrator, depth);
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Primary => "primary",
+            Self::Direct => "direct",
+            Self::Path => "path",
+        }
+    }
+}
+
+pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
+    let cancel = interrupt::flag()?;
+    let open = arguments.scene.open(common)?;
+    let control = Control { cancel, progress: &|_| {} };
+    for &view in &arguments.view {
+        for &mode in &arguments.mode {
+            let mut request = arguments.picture.request(&open.scene, Vec::new())?;
+            request.settings.camera = view.camera(&open.scene);
+            mode.apply(&mut request);
+            let mut whole_ms = None;
+            let print = |figures: &OocFigures| {
+                let whole_ms = *whole_ms.get_or_insert(figures.frame_ms);
+                print_line(view, mode, figures, figures.frame_ms / whole_ms);
+            };
+            measure_ooc(&open, &request, &arguments.cache_fraction, arguments.repeat, &control, print)?;
+        }
+    }
+    Ok(Exit::Done)
+}
+
+fn print_line(view: View, mode: Mode, figures: &OocFigures, slowdown: f64) {
+    let (geometry, attributes) = (&figures.paging.geometry, &figures.paging.attributes);
+    let bytes_read = geometry.bytes_read + attributes.bytes_read;
+    let line = json!({
+        "bench": "ooc",
+        "strategy": "treelets",
+        "view": view.name(),
+        "mode": mode.name(),
+        "cache_fraction": figures.cache_fraction,
+        "slowdown": slowdown,
+        "hit_rate": geometry.hit_rate(),
+        "attribute_hit_rate": attributes.hit_rate(),
+        "bytes_read": bytes_read,
+        "bytes_per_ray": bytes_read as f64 / figures.rays.max(1) as f64,
+        "frame_ms": figures.frame_ms,
+        "cold_ms": figures.cold_ms,
+        "rays": figures.rays,
+        "stall_ms": geometry.stall_ms + attributes.stall_ms,
+        "resident_pages": geometry.resident_pages,
+        "peak_rss_bytes": peak_rss_bytes(),
+    });
+    println!("{line}");
+}
