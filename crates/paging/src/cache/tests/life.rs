@@ -190,3 +190,27 @@ fn the_quotas_of_all_batches_fit_into_the_slots() {
         }
     }
 }
+
+/// The checks that the stress tests lean on see what they are there to see.
+#[test]
+fn contradictions_are_found() {
+    let (cache, pages) = cache(8, 2);
+    let mut batch = cache.batch().expect("first");
+    batch.fetch(&[3, 4]).expect("there");
+    let spoil = |spoil: fn(&mut State)| {
+        let mut state = cache.shared.lock();
+        spoil(&mut state);
+        state.validate()
+    };
+    assert_eq!(spoil(|_| ()), Ok(()));
+    assert!(spoil(|state| state.stats.resident_pages += 1).is_err());
+    assert!(spoil(|state| state.stats.resident_pages -= 1).is_ok());
+    assert!(
+        spoil(|state| state.batches.iter_mut().flatten().for_each(|waiting| waiting.pins.clear())).is_err()
+    );
+    let memory = batch.table().page(3).expect("there");
+    assert!(is_right(memory, &pages[3]) && !is_right(memory, &pages[4]));
+    let mut dirty = memory.to_vec();
+    dirty[4095] = 1;
+    assert!(!is_right(&dirty, &pages[3]), "what is behind a page is zero");
+}
