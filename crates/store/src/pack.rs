@@ -15,13 +15,14 @@ pub struct PackConfig {
     pub accel: String,
     /// Most bytes of a page of geometry.
     pub page_bytes: usize,
-    /// Most references to triangles, as a multiple of the triangles; none for what the builder thinks best.
+    /// Most references to triangles, as a multiple of the triangles; none for what the builder thinks best. More make rays
+    /// faster among long thin triangles, and the store larger.
     pub split_budget: Option<f32>,
 }
 
 impl Default for PackConfig {
     fn default() -> Self {
-        Self { accel: String::new(), page_bytes: CompactMesh::SLOT, split_budget: None }
+        Self { accel: String::new(), page_bytes: CompactMesh::SLOT, split_budget: Some(1.0) }
     }
 }
 

@@ -23,7 +23,7 @@ const STRUCTURE_BYTES_PER_TRIANGLE: u64 = 150;
 /// Bytes of the acceleration structure an instance.
 const STRUCTURE_BYTES_PER_INSTANCE: u64 = 300;
 /// Bytes of the wavefront of one thread.
-pub(crate) const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
+const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
 /// The process itself.
 const BASE_BYTES: u64 = 24 << 20;
 

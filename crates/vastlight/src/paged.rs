@@ -1,6 +1,6 @@
 //! Memory and threads for a scene in a store.
 
-use crate::memory::{WAVE_BYTES_PER_THREAD, film_bytes, human_bytes, rss_bytes};
+use crate::memory::{film_bytes, human_bytes, rss_bytes};
 use crate::open::StoredMeshes;
 use crate::{Error, ErrorClass, RenderRequest, default_budget_bytes, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -10,10 +10,15 @@ use vastlight_trace::paged::Caches;
 
 /// Batches of rays for each thread that computes: the others wait for pages meanwhile.
 const BATCHES_PER_THREAD: usize = 2;
+/// Bytes of a batch's rays, paths and hits.
+const BATCH_BYTES: u64 = 7 << 20;
 /// What the allocator and the system keep for themselves.
-const MARGIN: u64 = 24 << 20;
-/// Pages that every batch can keep.
-const LEAST_PAGES: usize = 4;
+const MARGIN: u64 = 16 << 20;
+/// Pages of geometry, and of attributes, that every batch can keep at least. Hits lie far apart: attributes come by many small
+/// pages.
+const LEAST_PAGES: [usize; 2] = [4, 64];
+/// Slots that batches do not share out among them, as a part of all.
+const RESERVE: usize = 8;
 /// The part of the caches that geometry gets where not all fits, of 16.
 const GEOMETRY_SHARE: u64 = 13;
 /// Slots are multiples of this.
@@ -29,8 +34,8 @@ pub(crate) fn pool() -> Result<ThreadPool, Error> {
 /// The caches that fit into what is left of the memory; to be called on the pool when all else is there.
 pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<Caches, Error> {
     let batches = rayon::current_num_threads();
-    let geometry = Pages::new(&stored.geometry, SLACK, batches);
-    let attributes = Pages::new(&stored.attributes, 0, batches);
+    let geometry = Pages::new(&stored.geometry, SLACK, batches, LEAST_PAGES[0]);
+    let attributes = Pages::new(&stored.attributes, 0, batches, LEAST_PAGES[1]);
     if let Some(fraction) = request.cache_fraction {
         return Ok(Caches {
             geometry: geometry.part(stored, fraction)?,
@@ -38,7 +43,8 @@ pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<C
         });
     }
     let film = film_bytes(request.settings.region().pixels(), &request.aovs);
-    let fixed = rss_bytes().unwrap_or(0) + film + batches as u64 * WAVE_BYTES_PER_THREAD + MARGIN;
+    let buffers = 2 * stored.source.buffer_bytes(geometry.config.io_threads) as u64;
+    let fixed = rss_bytes().unwrap_or(0) + film + batches as u64 * BATCH_BYTES + buffers + MARGIN;
     let (least, most) = (geometry.least() + attributes.least(), geometry.most() + attributes.most());
     let budget = request.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
     let needed = (fixed + least).max(peak_rss_bytes().unwrap_or(0));
@@ -66,16 +72,16 @@ struct Pages<'d> {
 }
 
 impl<'d> Pages<'d> {
-    fn new(directory: &'d Directory, slack: usize, batches: usize) -> Self {
+    fn new(directory: &'d Directory, slack: usize, batches: usize, pages_of_batch: usize) -> Self {
         let longest = directory.longest().map_or(0, |(_, entry)| entry.bytes as usize);
         let slot_bytes = (longest + slack).next_multiple_of(SLOT_UNIT).max(SLOT_UNIT);
-        let slots = batches * LEAST_PAGES;
+        let slots = batches * pages_of_batch;
         let config = CacheConfig { slack, most_batches: batches, ..CacheConfig::new(slots, slot_bytes) };
         Self { directory, config }
     }
 
     fn with_slots(&self, slots: usize) -> CacheConfig {
-        CacheConfig { slots, reserve: slots / 2, ..self.config }
+        CacheConfig { slots, reserve: slots / RESERVE, ..self.config }
     }
 
     fn bytes(&self, slots: usize) -> u64 {

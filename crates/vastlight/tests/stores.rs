@@ -147,6 +147,7 @@ fn a_page_that_cannot_be_read_ends_the_render_with_its_number() {
 #[test]
 fn a_store_that_cannot_be_written_leaves_nothing() {
     let stream = stream("demo:cornell", &LoadOptions::default()).expect("a demo");
-    let error = pack(stream, Path::new("/nowhere/at/all.vls"), &PackConfig::default(), |_| {}).expect_err("no folder");
+    let error = pack(stream, Path::new("/nowhere/at/all.vls"), &PackConfig::default(), |_| {})
+        .expect_err("no folder");
     assert_eq!(error.class, ErrorClass::Output);
 }

@@ -21,6 +21,13 @@ pub(crate) struct Pack {
     /// Acceleration structure by name
     #[arg(long, value_name = "NAME", default_value = "")]
     accel: String,
+    /// Most references to triangles, as a multiple of the triangles: more make rays faster among long thin triangles, and the
+    /// store larger
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
+    split_budget: f32,
+    /// Most bytes of a page of geometry
+    #[arg(long, value_name = "BYTES", default_value_t = PackConfig::default().page_bytes)]
+    page_bytes: usize,
     /// One JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -33,7 +40,11 @@ pub(crate) fn run(arguments: &Pack, common: &Common, start: Instant) -> Result<E
     }
     check_writable(&arguments.output)?;
     let stream = vastlight::stream(&arguments.scene.scene, &arguments.scene.options(common)?)?;
-    let config = PackConfig { accel: arguments.accel.clone(), ..PackConfig::default() };
+    let config = PackConfig {
+        accel: arguments.accel.clone(),
+        split_budget: Some(arguments.split_budget),
+        page_bytes: arguments.page_bytes,
+    };
     let say = |triangles: u64| {
         if !common.quiet {
             eprint!("\r{triangles} triangles packed");
