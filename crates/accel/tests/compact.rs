@@ -3,8 +3,9 @@
 mod common;
 
 use common::{Soup, inputs};
+use vastlight_accel::BuildConfig;
 use vastlight_accel::build::NAMES;
-use vastlight_accel::compact::{CompactError, CompactMesh, PackedPage, Page, SLACK};
+use vastlight_accel::compact::{BlockSizes, CompactError, CompactMesh, PackedPage, Page, SLACK};
 use vastlight_accel::wide::{ChildRef, Leaf, MeshBvh};
 use vastlight_math::Vec3;
 use vastlight_paging::Table;
@@ -76,6 +77,28 @@ fn pages_of_any_size_hold_what_the_wide_tree_holds() {
                 let triangles: usize = pages.iter().map(|page| page.triangles.len()).sum();
                 assert_eq!(triangles, whole.references);
             }
+        }
+    }
+}
+
+#[test]
+fn blocks_of_any_size_hold_the_mesh() {
+    for (input, triangles) in inputs() {
+        let soup = snapped(&triangles);
+        let scale = soup.build("").scale;
+        for (branch, block) in [(64, 16), (1 << 12, 100), (1 << 17, 1 << 13)] {
+            // Blocks of a few hundred triangles that lie apart may not fit a page.
+            let block = if triangles.len() > 100_000 { block.min(1 << 11) } else { block };
+            let sizes = BlockSizes { branch, block };
+            let (compact, pages) = CompactMesh::pack_blocks("", &soup.view(), sizes, &BuildConfig::default())
+                .unwrap_or_else(|e| panic!("{input}, {block}: {e}"));
+            assert_eq!(compact.scale, scale, "{input}");
+            let memory = Table::resident(pages.iter().map(|page| &page.bytes[..]), SLACK);
+            compact
+                .validate(|page| memory.page(page).map(Page::new), &soup.view())
+                .unwrap_or_else(|violation| panic!("{input}, {block}: {violation}"));
+            assert!(pages.iter().all(|page| page.triangles.len() <= block));
+            assert_eq!(compact.roots.len(), pages.len());
         }
     }
 }

@@ -132,8 +132,8 @@ pub struct MeshRow {
     pub scale: f32,
     /// Which attributes the vertices have: see [`crate::AttributeLayout`].
     pub attributes: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// What its pages are: 0 treelets, 1 blocks.
+    pub strategy: u32,
 }
 
 /// Where a page is.

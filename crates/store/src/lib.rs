@@ -15,6 +15,6 @@ pub use attributes::{
     ATTRIBUTE_SLOT, AttributeIndex, AttributeLayout, MOST_FLOATS, PackedAttributes, UV_SETS, read_corners,
 };
 pub use error::StoreError;
-pub use pack::{PackConfig, PackedMesh};
+pub use pack::{PackConfig, PackedMesh, PageStrategy};
 pub use read::{MOST_PAGE_BYTES, Store};
 pub use write::{StoreSize, StoreWriter};

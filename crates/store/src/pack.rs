@@ -3,17 +3,46 @@
 use crate::attributes::{AttributeLayout, PackedAttributes};
 use crate::error::StoreError;
 use rayon::prelude::*;
-use vastlight_accel::compact::{CompactMesh, PackedPage};
+use vastlight_accel::compact::{BlockSizes, CompactMesh, PackedPage};
 use vastlight_accel::wide::{MeshBvh, MeshView};
 use vastlight_accel::{BuildConfig, Scratch};
 use vastlight_scene::{Mesh, MeshExtent};
+
+/// What a page is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PageStrategy {
+    /// Subtrees of one good tree over the mesh.
+    #[default]
+    Treelets,
+    /// Blocks of triangles in Morton order, each with a tree of its own, as published.
+    Blocks,
+}
+
+impl PageStrategy {
+    /// Names of all, the default first.
+    pub const NAMES: [&'static str; 2] = ["treelets", "blocks"];
+
+    /// The strategy of this name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        [Self::Treelets, Self::Blocks].into_iter().find(|strategy| strategy.name() == name)
+    }
+
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
 
 /// How meshes become pages.
 #[derive(Clone, Debug)]
 pub struct PackConfig {
     /// Name of the builder of trees; empty for the default.
     pub accel: String,
-    /// Most bytes of a page of geometry.
+    /// What a page is.
+    pub strategy: PageStrategy,
+    /// Most bytes of a page of geometry; blocks take what they need.
     pub page_bytes: usize,
     /// Most references to triangles, as a multiple of the triangles; none for what the builder thinks best. More make rays
     /// faster among long thin triangles, and the store larger.
@@ -22,7 +51,12 @@ pub struct PackConfig {
 
 impl Default for PackConfig {
     fn default() -> Self {
-        Self { accel: String::new(), page_bytes: CompactMesh::SLOT, split_budget: Some(1.0) }
+        Self {
+            accel: String::new(),
+            strategy: PageStrategy::default(),
+            page_bytes: CompactMesh::SLOT,
+            split_budget: Some(1.0),
+        }
     }
 }
 
@@ -37,6 +71,8 @@ pub struct PackedMesh {
     pub attributes: Vec<PackedAttributes>,
     /// Which attributes vertices have.
     pub layout: AttributeLayout,
+    /// What a page is.
+    pub strategy: PageStrategy,
     /// Size of the mesh.
     pub extent: MeshExtent,
 }
@@ -51,14 +87,27 @@ impl PackedMesh {
         let view = MeshView { positions: &mesh.positions, triangles: &mesh.triangles };
         let build = BuildConfig { split_budget: config.split_budget, ..BuildConfig::default() };
         let failed = |error: String| StoreError::pack(&mesh.name, error);
-        let (wide, _) =
-            MeshBvh::build(&config.accel, &view, &build, scratch).map_err(|e| failed(e.to_string()))?;
-        let (above, pages) =
-            CompactMesh::pack(&wide, config.page_bytes).map_err(|e| failed(e.to_string()))?;
-        drop(wide);
+        let (above, pages) = match config.strategy {
+            PageStrategy::Treelets => {
+                let wide = MeshBvh::build(&config.accel, &view, &build, scratch);
+                let (wide, _) = wide.map_err(|e| failed(e.to_string()))?;
+                CompactMesh::pack(&wide, config.page_bytes).map_err(|e| failed(e.to_string()))?
+            }
+            PageStrategy::Blocks => {
+                let packed = CompactMesh::pack_blocks(&config.accel, &view, BlockSizes::default(), &build);
+                packed.map_err(|e| failed(e.to_string()))?
+            }
+        };
         let attributes = pages.par_iter().map(|page| PackedAttributes::new(mesh, &page.triangles)).collect();
         let pages = pages.into_iter().map(|PackedPage { bytes, .. }| bytes).collect();
         let extent = MeshExtent { bounds: mesh.bounds(), triangles: mesh.triangles.len() as u64 };
-        Ok(Self { above, pages, attributes, layout: AttributeLayout::of(mesh), extent })
+        Ok(Self {
+            above,
+            pages,
+            attributes,
+            layout: AttributeLayout::of(mesh),
+            strategy: config.strategy,
+            extent,
+        })
     }
 }

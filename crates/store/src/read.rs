@@ -5,6 +5,7 @@ use crate::error::StoreError;
 use crate::format::{
     EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, Section, SectionRow, VERSION,
 };
+use crate::pack::PageStrategy;
 use crate::write::header_crc32;
 use bytemuck::{Pod, Zeroable, pod_collect_to_vec};
 use std::sync::Arc;
@@ -32,6 +33,8 @@ pub struct Store {
     pub meshes: Vec<Arc<CompactMesh>>,
     /// Which attributes the vertices of each mesh have.
     pub layouts: Vec<AttributeLayout>,
+    /// What pages of geometry are.
+    pub strategy: PageStrategy,
     /// Where pages of geometry are.
     pub geometry: Directory,
     /// Where pages of attributes are.
@@ -64,7 +67,9 @@ impl Store {
         let extents = rows.iter().map(extent).collect();
         let layouts = rows.iter().map(|row| AttributeLayout(row.attributes)).collect();
         drop(file);
-        Ok(Self { source, desc, extents, meshes, layouts, geometry, attributes, index })
+        let blocks = rows.iter().any(|row| row.strategy == PageStrategy::Blocks as u32);
+        let strategy = if blocks { PageStrategy::Blocks } else { PageStrategy::Treelets };
+        Ok(Self { source, desc, extents, meshes, layouts, strategy, geometry, attributes, index })
     }
 }
 

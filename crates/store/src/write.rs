@@ -95,7 +95,7 @@ impl StoreWriter {
             extent: above.extent,
             scale: above.scale,
             attributes: mesh.layout.0,
-            reserved: 0,
+            strategy: mesh.strategy as u32,
         });
         self.nodes.extend(&above.nodes);
         self.roots.extend(above.roots.iter().map(|root| root.moved(first_page)));

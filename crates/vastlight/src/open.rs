@@ -7,7 +7,7 @@ use std::sync::Arc;
 use vastlight_accel::compact::CompactMesh;
 use vastlight_paging::{Directory, FileSource, KernelCache, PageError, Source};
 use vastlight_scene::Scene;
-use vastlight_store::{AttributeIndex, AttributeLayout, Store, StoreError};
+use vastlight_store::{AttributeIndex, AttributeLayout, PageStrategy, Store, StoreError};
 use vastlight_trace::paged::Caches;
 use vastlight_transport::{PagedGeometry, PagesError};
 
@@ -32,6 +32,8 @@ pub struct StoredMeshes {
     pub meshes: Vec<Arc<CompactMesh>>,
     /// Which attributes the vertices of each mesh have.
     pub layouts: Vec<AttributeLayout>,
+    /// What pages of geometry are.
+    pub strategy: PageStrategy,
     /// Pages of geometry.
     pub geometry: Directory,
     /// Pages of attributes.
@@ -79,7 +81,7 @@ pub(crate) fn is_store(source: &str) -> bool {
 /// # Errors
 /// If it cannot be read or is damaged, or an override names what is not there.
 pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<OpenScene, Error> {
-    let Store { source, mut desc, extents, meshes, layouts, geometry, attributes, index } =
+    let Store { source, mut desc, extents, meshes, layouts, strategy, geometry, attributes, index } =
         Store::open(source)?;
     adapt(&mut desc, options)?;
     let instances = desc.instances.len();
@@ -96,7 +98,7 @@ pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<Open
         let what = format!("material \"{material}\" is made to shine, but its triangles are not in memory");
         return Err(Error::usage(what, name, "pack the scene with this override"));
     }
-    let stored = StoredMeshes { source, meshes, layouts, geometry, attributes, index };
+    let stored = StoredMeshes { source, meshes, layouts, strategy, geometry, attributes, index };
     Ok(OpenScene { scene, stored: Some(stored) })
 }
 

@@ -7,7 +7,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use vastlight::film::check_writable;
-use vastlight::store::{PackConfig, StoreSize};
+use vastlight::store::{PackConfig, PageStrategy, StoreSize};
 use vastlight::{Error, human_bytes, peak_rss_bytes};
 
 /// Pack a scene to a store (.vls), which is rendered within any memory budget
@@ -25,6 +25,9 @@ pub(crate) struct Pack {
     /// store larger
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0)]
     split_budget: f32,
+    /// What a page is: subtrees of one tree, or the published blocks of triangles in Morton order
+    #[arg(long, value_name = "NAME", default_value = PageStrategy::NAMES[0], value_parser = PageStrategy::NAMES)]
+    strategy: String,
     /// Most bytes of a page of geometry
     #[arg(long, value_name = "BYTES", default_value_t = PackConfig::default().page_bytes)]
     page_bytes: usize,
@@ -43,6 +46,7 @@ pub(crate) fn run(arguments: &Pack, common: &Common, start: Instant) -> Result<E
     let config = PackConfig {
         accel: arguments.accel.clone(),
         split_budget: Some(arguments.split_budget),
+        strategy: PageStrategy::from_name(&arguments.strategy).unwrap_or_default(),
         page_bytes: arguments.page_bytes,
     };
     let say = |triangles: u64| {

@@ -91,7 +91,7 @@ pub(crate) fn codes<B: Boxes + ?Sized>(
 }
 
 /// The references' Morton codes with their places in `references`, sorted.
-pub(super) fn sorted_codes<'a>(
+pub(crate) fn sorted_codes<'a>(
     references: &[Reference],
     level: Level,
     scratch: &'a mut Scratch,

@@ -22,7 +22,7 @@ use vastlight_simd::{Level, Simd8};
 pub use binned::Binned;
 pub(crate) use clip::triangle_slabs;
 pub use clip::{Clip, clip_triangle};
-pub(crate) use codes::{Boxes, CODE_BITS, codes};
+pub(crate) use codes::{Boxes, CODE_BITS, codes, sorted_codes};
 pub(crate) use hlbvh2::MortonTree;
 pub(crate) use morton::Leaves;
 pub(crate) use presplit::PORTIONS;

@@ -18,6 +18,7 @@
 //! layout: a vertex that two pages share is the same on both sides. Boxes are rounded outward. So hits are those of
 //! other layouts, bit for bit.
 
+mod blocks;
 mod cluster;
 mod mesh;
 mod node;
@@ -26,6 +27,7 @@ mod page;
 mod validate;
 mod write;
 
+pub use blocks::{BlockError, BlockSizes};
 pub use mesh::{CompactError, CompactMesh, PageRoot};
 pub use node::PackedNode;
 pub use page::{PackedLeaf, Page, SLACK};

@@ -89,6 +89,7 @@ impl Mode {
 pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     let cancel = interrupt::flag()?;
     let open = arguments.scene.open(common)?;
+    let strategy = open.stored.as_ref().map_or("", |stored| stored.strategy.name());
     let control = Control { cancel, progress: &|_| {} };
     for &view in &arguments.view {
         for &mode in &arguments.mode {
@@ -98,7 +99,7 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
             let mut whole_ms = None;
             let print = |figures: &OocFigures| {
                 let whole_ms = *whole_ms.get_or_insert(figures.frame_ms);
-                print_line(view, mode, figures, figures.frame_ms / whole_ms);
+                print_line(strategy, view, mode, figures, figures.frame_ms / whole_ms);
             };
             measure_ooc(&open, &request, &arguments.cache_fraction, arguments.repeat, &control, print)?;
         }
@@ -106,12 +107,12 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     Ok(Exit::Done)
 }
 
-fn print_line(view: View, mode: Mode, figures: &OocFigures, slowdown: f64) {
+fn print_line(strategy: &str, view: View, mode: Mode, figures: &OocFigures, slowdown: f64) {
     let (geometry, attributes) = (&figures.paging.geometry, &figures.paging.attributes);
     let bytes_read = geometry.bytes_read + attributes.bytes_read;
     let line = json!({
         "bench": "ooc",
-        "strategy": "treelets",
+        "strategy": strategy,
         "view": view.name(),
         "mode": mode.name(),
         "cache_fraction": figures.cache_fraction,
