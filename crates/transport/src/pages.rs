@@ -17,6 +17,8 @@ pub struct PagedGeometry<'a> {
     pub index: &'a AttributeIndex,
     /// Which attributes the vertices of each mesh have.
     pub layouts: &'a [AttributeLayout],
+    /// Paths that go through the pages together: more share what is fetched for one of them.
+    pub wave_paths: u64,
 }
 
 /// Why a scene in pages cannot be rendered.

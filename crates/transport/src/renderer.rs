@@ -141,9 +141,10 @@ impl<'a> Renderer<'a> {
         };
         let mut stats = RenderStats::default();
         let starts = Starts::new(tile, samples);
+        let wave_paths = self.pages.map_or(WAVE_PATHS, |pages| pages.wave_paths.max(1));
         let mut first = 0;
         while first < starts.len() {
-            let last = starts.len().min(first + WAVE_PATHS);
+            let last = starts.len().min(first + wave_paths);
             let mut results = batches.run(&context, starts.runs(first..last), &mut stats)?.iter();
             for run in starts.runs(first..last) {
                 for sample in results.by_ref().take(run.samples.len()) {

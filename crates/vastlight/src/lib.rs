@@ -37,6 +37,7 @@ pub use ooc::{OocFigures, measure_ooc};
 pub use open::{OpenScene, StoredMeshes, open, open_store};
 pub use overrides::Overrides;
 pub use pack::pack;
+pub use paged::PagingRequest;
 pub use render::{Control, Progress, RenderRequest, Rendered, render};
 pub use stats::{Ending, SceneCounts, Stats};
 

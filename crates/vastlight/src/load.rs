@@ -19,6 +19,8 @@ pub struct LoadOptions {
     pub environment: Option<PathBuf>,
     /// Azimuth from north (-z) towards east (+x) and elevation of the sun, degrees; replaces the environment by a sky.
     pub sun: Option<[f32; 2]>,
+    /// Read a store past the kernel's page cache, where the system can.
+    pub bypass_kernel_cache: bool,
     /// Changes to materials, lights and environment, applied last.
     pub overrides: Option<Overrides>,
 }

@@ -35,7 +35,7 @@ pub fn measure_ooc(
     control: &Control<'_>,
     mut each: impl FnMut(&OocFigures) + Send,
 ) -> Result<(), Error> {
-    paged::pool()?.install(|| {
+    paged::pool(&request.paging)?.install(|| {
         let tracer = tracer_of(open, request)?;
         let materials = MaterialTable::new(&open.scene);
         let lights = Lights::new(&open.scene, &materials);
@@ -60,13 +60,15 @@ struct Parts<'a> {
 impl Parts<'_> {
     fn measure(&self, cache_fraction: f32, repeat: u32) -> Result<OocFigures, Error> {
         let Self { open, request, control, tracer, materials, lights } = self;
-        let request = &RenderRequest { cache_fraction: Some(cache_fraction), ..(*request).clone() };
+        let mut request = (*request).clone();
+        request.paging.cache_fraction = Some(cache_fraction);
+        let request = &request;
         let Some(stored) = &open.stored else {
             return Err(Error::usage("the scene is in memory", "", "pack it to a store first"));
         };
         let caches = paged::caches(stored, request)?;
         let renderer = Renderer::new(&open.scene, tracer, materials, lights, request.settings.clone());
-        let renderer = renderer.with_pages(stored.pages(&caches));
+        let renderer = renderer.with_pages(stored.pages(&caches, &request.paging));
         let ids = Ids::new(&open.scene, &[]);
         let (_, cold_ms) = frame(&renderer, &ids, request, control)?;
         let mut figures = None;

@@ -1,6 +1,7 @@
 //! Scenes as they are opened: in memory, or as a store whose pages come when they are needed.
 
 use crate::load::{LoadOptions, adapt, describe};
+use crate::paged::PagingRequest;
 use crate::{Error, ErrorClass};
 use std::path::Path;
 use std::sync::Arc;
@@ -44,8 +45,9 @@ pub struct StoredMeshes {
 
 impl StoredMeshes {
     /// The meshes through caches over their pages.
-    pub(crate) fn pages<'a>(&'a self, caches: &'a Caches) -> PagedGeometry<'a> {
-        PagedGeometry { caches, index: &self.index, layouts: &self.layouts }
+    pub(crate) fn pages<'a>(&'a self, caches: &'a Caches, paging: &PagingRequest) -> PagedGeometry<'a> {
+        let wave_paths = paging.paths_per_batch;
+        PagedGeometry { caches, index: &self.index, layouts: &self.layouts, wave_paths }
     }
 }
 
@@ -61,7 +63,8 @@ impl From<Scene> for OpenScene {
 /// If the file cannot be read or is wrong, the demo is unknown, or an override names what is not there.
 pub fn open(source: &str, options: &LoadOptions) -> Result<OpenScene, Error> {
     if is_store(source) {
-        let file = FileSource::open(Path::new(source), KernelCache::Keep);
+        let kernel = if options.bypass_kernel_cache { KernelCache::Bypass } else { KernelCache::Keep };
+        let file = FileSource::open(Path::new(source), kernel);
         let file = file.map_err(|e| Error::scene(e.what, e.name, e.hint))?;
         return open_store(Arc::new(file), options);
     }

@@ -5,13 +5,11 @@ use crate::open::StoredMeshes;
 use crate::{Error, ErrorClass, RenderRequest, default_budget_bytes, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
-use vastlight_paging::{CacheConfig, Directory, PageCache};
+use vastlight_paging::{CacheConfig, Directory, PageCache, PolicyKind};
 use vastlight_trace::paged::Caches;
 
-/// Batches of rays for each thread that computes: the others wait for pages meanwhile.
-const BATCHES_PER_THREAD: usize = 2;
-/// Bytes of a batch's rays, paths and hits.
-const BATCH_BYTES: u64 = 7 << 20;
+/// Bytes of a path on its way through pages: its ray, hit, corners and their attributes, and what it casts.
+const PATH_BYTES: u64 = 1700;
 /// What the allocator and the system keep for themselves.
 const MARGIN: u64 = 16 << 20;
 /// Pages of geometry, and of attributes, that every batch can keep at least. Hits lie far apart: attributes come by many small
@@ -24,9 +22,36 @@ const GEOMETRY_SHARE: u64 = 13;
 /// Slots are multiples of this.
 const SLOT_UNIT: usize = 4096;
 
+/// How a scene in a store is paged. Nothing here changes a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PagingRequest {
+    /// Largest resident set of the process; `None` for three quarters of the machine.
+    pub memory: Option<u64>,
+    /// The part of the pages that may be in memory at once, instead of what `memory` leaves room for.
+    pub cache_fraction: Option<f32>,
+    /// Batches of paths for each thread that computes: the others wait for pages meanwhile.
+    pub batches_per_thread: usize,
+    /// Paths of a batch.
+    pub paths_per_batch: u64,
+    /// Which page leaves when room is needed.
+    pub policy: PolicyKind,
+}
+
+impl Default for PagingRequest {
+    fn default() -> Self {
+        Self {
+            memory: None,
+            cache_fraction: None,
+            batches_per_thread: 2,
+            paths_per_batch: 4096,
+            policy: PolicyKind::default(),
+        }
+    }
+}
+
 /// A pool with a thread for every batch.
-pub(crate) fn pool() -> Result<ThreadPool, Error> {
-    let threads = rayon::current_num_threads() * BATCHES_PER_THREAD;
+pub(crate) fn pool(paging: &PagingRequest) -> Result<ThreadPool, Error> {
+    let threads = rayon::current_num_threads() * paging.batches_per_thread.max(1);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|error| Error::usage(error.to_string(), "--threads", ""))
 }
@@ -34,9 +59,16 @@ pub(crate) fn pool() -> Result<ThreadPool, Error> {
 /// The caches that fit into what is left of the memory; to be called on the pool when all else is there.
 pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<Caches, Error> {
     let batches = rayon::current_num_threads();
-    let geometry = Pages::new(&stored.geometry, SLACK, batches, LEAST_PAGES[0]);
-    let attributes = Pages::new(&stored.attributes, 0, batches, LEAST_PAGES[1]);
-    if let Some(fraction) = request.cache_fraction {
+    let paging = &request.paging;
+    let limits = |slack, pages| CacheConfig {
+        slack,
+        most_batches: batches,
+        policy: paging.policy,
+        ..CacheConfig::new(batches * pages, SLOT_UNIT)
+    };
+    let geometry = Pages::new(&stored.geometry, limits(SLACK, LEAST_PAGES[0]));
+    let attributes = Pages::new(&stored.attributes, limits(0, LEAST_PAGES[1]));
+    if let Some(fraction) = paging.cache_fraction {
         return Ok(Caches {
             geometry: geometry.part(stored, fraction)?,
             attributes: attributes.part(stored, fraction)?,
@@ -44,9 +76,13 @@ pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<C
     }
     let film = film_bytes(request.settings.region().pixels(), &request.aovs);
     let buffers = 2 * stored.source.buffer_bytes(geometry.config.io_threads) as u64;
-    let fixed = rss_bytes().unwrap_or(0) + film + batches as u64 * BATCH_BYTES + buffers + MARGIN;
+    let fixed = rss_bytes().unwrap_or(0)
+        + film
+        + batches as u64 * paging.paths_per_batch * PATH_BYTES
+        + buffers
+        + MARGIN;
     let (least, most) = (geometry.least() + attributes.least(), geometry.most() + attributes.most());
-    let budget = request.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
+    let budget = paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
     let needed = (fixed + least).max(peak_rss_bytes().unwrap_or(0));
     if needed > budget {
         let (needed, budget) = (human_bytes(needed), human_bytes(budget));
@@ -72,12 +108,10 @@ struct Pages<'d> {
 }
 
 impl<'d> Pages<'d> {
-    fn new(directory: &'d Directory, slack: usize, batches: usize, pages_of_batch: usize) -> Self {
+    fn new(directory: &'d Directory, config: CacheConfig) -> Self {
         let longest = directory.longest().map_or(0, |(_, entry)| entry.bytes as usize);
-        let slot_bytes = (longest + slack).next_multiple_of(SLOT_UNIT).max(SLOT_UNIT);
-        let slots = batches * pages_of_batch;
-        let config = CacheConfig { slack, most_batches: batches, ..CacheConfig::new(slots, slot_bytes) };
-        Self { directory, config }
+        let slot_bytes = (longest + config.slack).next_multiple_of(SLOT_UNIT).max(SLOT_UNIT);
+        Self { directory, config: CacheConfig { slot_bytes, ..config } }
     }
 
     fn with_slots(&self, slots: usize) -> CacheConfig {

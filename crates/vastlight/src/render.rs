@@ -1,6 +1,7 @@
 //! The render loop: passes over tiles over threads, until the samples, the time or the patience end.
 
 use crate::ids::Ids;
+use crate::paged::PagingRequest;
 use crate::passes::PassSchedule;
 use crate::stats::{Ending, PagingStats, SceneCounts, Stats};
 use crate::{Error, ErrorClass, OpenScene, paged, peak_rss_bytes};
@@ -27,10 +28,8 @@ pub struct RenderRequest {
     pub time_limit: Option<Duration>,
     /// How rays are traced.
     pub tracer: TracerConfig,
-    /// Largest resident set of the process, for scenes in stores; `None` for three quarters of the machine.
-    pub memory: Option<u64>,
-    /// The part of a store's pages that may be in memory at once, instead of what `memory` leaves room for.
-    pub cache_fraction: Option<f32>,
+    /// How a scene in a store is paged.
+    pub paging: PagingRequest,
 }
 
 impl RenderRequest {
@@ -43,8 +42,7 @@ impl RenderRequest {
             aovs: Vec::new(),
             time_limit: None,
             tracer: TracerConfig::default(),
-            memory: None,
-            cache_fraction: None,
+            paging: PagingRequest::default(),
         }
     }
 }
@@ -106,7 +104,7 @@ impl Rendered {
 pub fn render(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
     match &open.stored {
         None => render_with(open, request, control),
-        Some(_) => paged::pool()?.install(|| render_with(open, request, control)),
+        Some(_) => paged::pool(&request.paging)?.install(|| render_with(open, request, control)),
     }
 }
 
@@ -121,7 +119,7 @@ fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>)
     let renderer = Renderer::new(scene, &tracer, &materials, &lights, request.settings.clone());
     let caches = open.stored.as_ref().map(|stored| paged::caches(stored, request)).transpose()?;
     let renderer = match (&open.stored, &caches) {
-        (Some(stored), Some(caches)) => renderer.with_pages(stored.pages(caches)),
+        (Some(stored), Some(caches)) => renderer.with_pages(stored.pages(caches, &request.paging)),
         _ => renderer,
     };
     let ids = Ids::new(scene, &request.aovs);

@@ -43,7 +43,8 @@ fn request(scene: &Scene) -> RenderRequest {
 }
 
 fn picture(open: &OpenScene, cache_fraction: Option<f32>) -> Result<Picture, Error> {
-    let request = RenderRequest { cache_fraction, ..request(&open.scene) };
+    let mut request = request(&open.scene);
+    request.paging.cache_fraction = cache_fraction;
     let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
     Ok(render(open, &request, &control)?.develop())
 }
@@ -66,8 +67,8 @@ fn pictures_do_not_depend_on_what_is_in_memory() {
             let found = picture(&stored, Some(fraction)).expect("renders");
             assert_eq!(differing(&found, &expected), 0, "{name} with {fraction} in memory");
         }
-        let other = RenderRequest { cache_fraction: Some(1.0), ..request(&stored.scene) };
-        let other = RenderRequest { settings: RenderSettings { seed: 1, ..other.settings.clone() }, ..other };
+        let mut other = request(&stored.scene);
+        other.settings.seed = 1;
         let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
         let other = render(&stored, &other, &control).expect("renders").develop();
         assert!(differing(&other, &expected) > 1000, "{name}: another seed is another picture");
@@ -91,7 +92,8 @@ fn a_store_on_disk_is_opened_by_its_name_and_the_same_scene_gives_the_same_bytes
 #[test]
 fn what_does_not_fit_is_refused_before_work() {
     let stored = opened(packed("demo:cornell", 1 << 14)).expect("opens");
-    let request = RenderRequest { memory: Some(1 << 20), ..request(&stored.scene) };
+    let mut request = request(&stored.scene);
+    request.paging.memory = Some(1 << 20);
     let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
     let error = render(&stored, &request, &control).expect_err("too small");
     assert_eq!(error.class, ErrorClass::Memory);

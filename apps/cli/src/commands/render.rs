@@ -208,7 +208,7 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let load_ms = millis(start.elapsed());
     show_findings(scene, common, &reporter);
     let mut request = arguments.picture.request(scene, arguments.output.aov.clone())?;
-    request.memory = common.memory;
+    request.paging.memory = common.memory;
     request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
     check_request(&open, &request, common)?;
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.scene));

@@ -7,9 +7,10 @@ use crate::interrupt;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use vastlight::math::Affine3;
+use vastlight::paging::PolicyKind;
 use vastlight::scene::{Camera, Scene};
 use vastlight::transport::Integrator;
-use vastlight::{Control, Error, OocFigures, RenderRequest, measure_ooc, peak_rss_bytes};
+use vastlight::{Control, Error, OocFigures, PagingRequest, RenderRequest, measure_ooc, peak_rss_bytes};
 
 /// Frames of a scene in a store (.vls) through caches that hold a part of it
 #[derive(Args, Debug)]
@@ -27,6 +28,18 @@ pub(crate) struct Ooc {
     /// How light is computed
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values = ["primary", "direct", "path"])]
     mode: Vec<Mode>,
+    /// Batches of paths for each thread: some wait for pages while others compute
+    #[arg(long, value_name = "N", default_value_t = PagingRequest::default().batches_per_thread)]
+    batches: usize,
+    /// Paths of a batch
+    #[arg(long, value_name = "N", default_value_t = PagingRequest::default().paths_per_batch)]
+    batch_paths: u64,
+    /// Which page leaves when room is needed: lfu (as published), clock, lru-2 or s3-fifo
+    #[arg(long, value_name = "NAME", default_value = PolicyKind::default().name(), value_parser = policy)]
+    policy: PolicyKind,
+    /// Read past the kernel's page cache, so that the disk is the level behind the cache
+    #[arg(long)]
+    bypass: bool,
     /// Frames after the first; the best counts
     #[arg(long, value_name = "N", default_value_t = 1)]
     repeat: u32,
@@ -86,9 +99,16 @@ impl Mode {
     }
 }
 
+fn policy(name: &str) -> Result<PolicyKind, String> {
+    let known = PolicyKind::ALL.into_iter().find(|kind| kind.name() == name);
+    known.ok_or_else(|| format!("known are {}", PolicyKind::ALL.map(PolicyKind::name).join(", ")))
+}
+
 pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     let cancel = interrupt::flag()?;
-    let open = arguments.scene.open(common)?;
+    let mut options = arguments.scene.options(common)?;
+    options.bypass_kernel_cache = arguments.bypass;
+    let open = vastlight::open(&arguments.scene.scene, &options)?;
     let strategy = open.stored.as_ref().map_or("", |stored| stored.strategy.name());
     let control = Control { cancel, progress: &|_| {} };
     for &view in &arguments.view {
@@ -96,6 +116,9 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
             let mut request = arguments.picture.request(&open.scene, Vec::new())?;
             request.settings.camera = view.camera(&open.scene);
             mode.apply(&mut request);
+            request.paging.batches_per_thread = arguments.batches;
+            request.paging.paths_per_batch = arguments.batch_paths;
+            request.paging.policy = arguments.policy;
             let mut whole_ms = None;
             let print = |figures: &OocFigures| {
                 let whole_ms = *whole_ms.get_or_insert(figures.frame_ms);

@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<E
     let open = arguments.scene.open(common)?;
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let mut request = arguments.picture.request(&open.scene, Vec::new())?;
-    request.memory = common.memory;
+    request.paging.memory = common.memory;
     check_request(&open, &request, common)?;
     let control = Control { cancel, progress: &|_| {} };
     let first = vastlight::render(&open, &request, &control)?.stats;
