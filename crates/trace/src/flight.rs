@@ -70,6 +70,8 @@ pub(crate) struct Flight<'a, S: Simd8> {
     pub(crate) end: End,
     /// Subtrees before this turn are left out.
     restart: Turn,
+    /// The ray in the mesh, in scenes of pages.
+    boxes: BoxRay,
     /// The page and the subtree through which the flight goes.
     page: u32,
     subtree: u32,
@@ -101,6 +103,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
             pages,
             end: End::COMPLETE,
             restart: Turn::FIRST,
+            boxes: BoxRay::default(),
             page: Hit::NONE,
             subtree: 0,
         }
@@ -108,7 +111,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
 
     /// Starts with a ray; false if it is at its end already.
     #[inline(always)]
-    pub(crate) fn start(&mut self, simd: S, ray: &Ray, index: usize, begin: &Begin) -> bool {
+    pub(crate) fn start<F: Judge>(&mut self, simd: S, ray: &Ray, index: usize, begin: &Begin) -> bool {
         let tracer = self.tracer;
         (self.index, self.best, self.level) = (index, begin.best, TOP);
         (self.end, self.restart) = (End { found: begin.found, ..End::COMPLETE }, begin.restart);
@@ -120,7 +123,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         self.current = root;
         if root.is_leaf() {
             // A scene of one instance needs no boxes here.
-            return self.enter(simd);
+            return self.enter::<F>(simd);
         }
         let Some(scaled) = ScaledRay::new(ray.origin, ray.direction) else { return false };
         let top = &mut self.stages[TOP];
@@ -129,6 +132,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         let boxes = scaled.for_boxes(tracer.extent, tracer.margin_factor);
         top.nodes = &tracer.top.nodes;
         top.memory = Memory::new(&tracer.top.nodes, &tracer.placed);
+        let t_min = if F::PAGED { t_min.max(self.restart.entry()) } else { t_min };
         top.lanes = RayLanes::new(simd, &boxes, t_min / scaled.t_scale);
         true
     }
@@ -152,7 +156,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
             return true;
         }
         if self.level == TOP {
-            return self.enter(simd) || self.next();
+            return self.enter::<F>(simd) || self.next();
         }
         if self.test_leaf::<F, ANY>(simd, filter) && ANY {
             return false;
@@ -235,7 +239,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
 
     /// Goes from an instance to the root of its mesh; false if the ray cannot hit it.
     #[inline(always)]
-    fn enter(&mut self, simd: S) -> bool {
+    fn enter<F: Judge>(&mut self, simd: S) -> bool {
         let tracer = self.tracer;
         let instance = self.current.index();
         let placed = &tracer.placed[instance];
@@ -248,10 +252,15 @@ impl<'a, S: Simd8> Flight<'a, S> {
         };
         let t_max = if self.best.is_hit() { self.best.t } else { self.ray.t_max };
         self.t_min = self.ray.t_min / scaled.t_scale;
+        let mut begin = self.t_min;
+        if F::PAGED {
+            self.boxes = boxes;
+            begin = begin.max(self.restart.entry() / scaled.t_scale);
+        }
         self.stages[MESH] = Stage {
             nodes: mesh.nodes(),
             memory: mesh.memory(),
-            lanes: RayLanes::new(simd, &boxes, self.t_min),
+            lanes: RayLanes::new(simd, &boxes, begin),
             t_max: t_max / scaled.t_scale,
             t_scale: scaled.t_scale,
         };
@@ -294,8 +303,8 @@ impl<'a, S: Simd8> Flight<'a, S> {
     /// The turn of the subtree through which the flight goes.
     fn turn(&self) -> Turn {
         let Leaves::Pages(mesh) = self.leaves else { return Turn::NEVER };
-        let root = &mesh.roots[self.subtree as usize];
-        Turn::new(self.tracer, &self.ray, self.instance, self.subtree, root)
+        let subtree = (self.subtree, &mesh.roots[self.subtree as usize]);
+        Turn::in_mesh((&self.boxes, self.stages[MESH].t_scale), self.instance, subtree)
     }
 
     /// Notes that the page of this subtree is missing, or attributes of it.

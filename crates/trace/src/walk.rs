@@ -153,7 +153,7 @@ impl<'a, F: Judge, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
         let before = flight.steps;
         for i in 0..patch.count {
             let index = patch.index(i);
-            let mut flying = flight.start(simd, &self.rays[index], index, &self.answers.begin(index));
+            let mut flying = flight.start::<F>(simd, &self.rays[index], index, &self.answers.begin(index));
             while flying {
                 flying = flight.step::<F, ANY, true>(simd, self.filter);
             }
@@ -213,7 +213,7 @@ impl<'a, F: Judge, A: Answers, const ANY: bool> Batch<'a, F, A, ANY> {
     {
         for i in rest.by_ref() {
             let index = patch.index(i);
-            if flight.start(simd, &self.rays[index], index, &self.answers.begin(index)) {
+            if flight.start::<F>(simd, &self.rays[index], index, &self.answers.begin(index)) {
                 flight.prefetch(simd);
                 return true;
             }

@@ -1,7 +1,7 @@
 //! Scenes as they are opened: in memory, or as a store whose pages come when they are needed.
 
 use crate::load::{LoadOptions, adapt, describe};
-use crate::paged::PagingRequest;
+use crate::paged::{PagingRequest, paths_per_batch};
 use crate::{Error, ErrorClass};
 use std::path::Path;
 use std::sync::Arc;
@@ -46,7 +46,7 @@ pub struct StoredMeshes {
 impl StoredMeshes {
     /// The meshes through caches over their pages.
     pub(crate) fn pages<'a>(&'a self, caches: &'a Caches, paging: &PagingRequest) -> PagedGeometry<'a> {
-        let wave_paths = paging.paths_per_batch;
+        let wave_paths = paths_per_batch(paging);
         PagedGeometry { caches, index: &self.index, layouts: &self.layouts, wave_paths }
     }
 }

@@ -10,6 +10,10 @@ use vastlight_trace::paged::Caches;
 
 /// Bytes of a path on its way through pages: its ray, hit, corners and their attributes, and what it casts.
 const PATH_BYTES: u64 = 1700;
+/// Paths of a batch.
+const PATHS: std::ops::RangeInclusive<u64> = 1 << 11..=1 << 16;
+/// The part of the memory that paths get.
+const PATHS_SHARE: u64 = 6;
 /// What the allocator and the system keep for themselves.
 const MARGIN: u64 = 16 << 20;
 /// Pages of geometry, and of attributes, that every batch can keep at least. Hits lie far apart: attributes come by many small
@@ -31,8 +35,8 @@ pub struct PagingRequest {
     pub cache_fraction: Option<f32>,
     /// Batches of paths for each thread that computes: the others wait for pages meanwhile.
     pub batches_per_thread: usize,
-    /// Paths of a batch.
-    pub paths_per_batch: u64,
+    /// Paths of a batch; `None` for what the memory allows. More share the pages that are fetched for one of them.
+    pub paths_per_batch: Option<u64>,
     /// Which page leaves when room is needed.
     pub policy: PolicyKind,
 }
@@ -43,7 +47,7 @@ impl Default for PagingRequest {
             memory: None,
             cache_fraction: None,
             batches_per_thread: 2,
-            paths_per_batch: 4096,
+            paths_per_batch: None,
             policy: PolicyKind::default(),
         }
     }
@@ -54,6 +58,16 @@ pub(crate) fn pool(paging: &PagingRequest) -> Result<ThreadPool, Error> {
     let threads = rayon::current_num_threads() * paging.batches_per_thread.max(1);
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     pool.map_err(|error| Error::usage(error.to_string(), "--threads", ""))
+}
+
+/// Paths of a batch.
+pub(crate) fn paths_per_batch(paging: &PagingRequest) -> u64 {
+    let fitting = || {
+        let budget = paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
+        let each = rayon::current_num_threads() as u64 * PATH_BYTES;
+        (budget / PATHS_SHARE / each).clamp(*PATHS.start(), *PATHS.end())
+    };
+    paging.paths_per_batch.unwrap_or_else(fitting)
 }
 
 /// The caches that fit into what is left of the memory; to be called on the pool when all else is there.
@@ -78,7 +92,7 @@ pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<C
     let buffers = 2 * stored.source.buffer_bytes(geometry.config.io_threads) as u64;
     let fixed = rss_bytes().unwrap_or(0)
         + film
-        + batches as u64 * paging.paths_per_batch * PATH_BYTES
+        + batches as u64 * paths_per_batch(paging) * PATH_BYTES
         + buffers
         + MARGIN;
     let (least, most) = (geometry.least() + attributes.least(), geometry.most() + attributes.most());

@@ -125,7 +125,7 @@ fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>)
     let ids = Ids::new(scene, &request.aovs);
     let prepare_ms = millis(prepare_start.elapsed());
 
-    let mut film = Film::new(film_settings(request));
+    let mut film = Film::new(film_settings(request, caches.is_some()));
     let deadline = request.time_limit.and_then(|limit| start.checked_add(limit));
     let run = Run::new(&renderer, &ids, request, control, deadline);
     let outcome = run.all_passes(&mut film)?;
@@ -166,14 +166,14 @@ pub(crate) fn tracer_of(open: &OpenScene, request: &RenderRequest) -> Result<Tra
     tracer.map_err(|e| Error::new(ErrorClass::Usage, e.to_string(), "--accel", ""))
 }
 
-/// A picture that is forgotten: what it cost, and how long it took.
+/// A picture of a scene in pages that is forgotten: what it cost, and how long it took.
 pub(crate) fn frame(
     renderer: &Renderer<'_>,
     ids: &Ids,
     request: &RenderRequest,
     control: &Control<'_>,
 ) -> Result<(RenderStats, f64), Error> {
-    let mut film = Film::new(film_settings(request));
+    let mut film = Film::new(film_settings(request, true));
     let outcome = Run::new(renderer, ids, request, control, None).all_passes(&mut film)?;
     Ok((outcome.cost, outcome.render_ms))
 }
@@ -182,18 +182,20 @@ fn millis(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-/// Edge of the film's tiles: large for long batches, smaller where threads would wait for each other.
-fn tile_size(pixels: u64, threads: usize) -> u32 {
-    [64, 32].into_iter().find(|&n| pixels / u64::from(n * n) >= 8 * threads as u64).unwrap_or(16)
+/// Edge of the film's tiles: large for long batches, smaller where threads would wait for each other. Paths through pages go
+/// in longer ones.
+fn tile_size(pixels: u64, threads: usize, paged: bool) -> u32 {
+    let (sizes, each) = if paged { ([256, 128, 64, 32], 3) } else { ([64, 64, 64, 32], 8) };
+    sizes.into_iter().find(|&n| pixels / u64::from(n * n) >= each * threads as u64).unwrap_or(16)
 }
 
-fn film_settings(request: &RenderRequest) -> FilmSettings {
+fn film_settings(request: &RenderRequest, paged: bool) -> FilmSettings {
     let settings = &request.settings;
     let region = settings.region();
     FilmSettings {
         full_size: [settings.width, settings.height],
         window: Window { x0: region.min[0], y0: region.min[1], x1: region.max[0], y1: region.max[1] },
-        tile_size: tile_size(region.pixels(), rayon::current_num_threads()),
+        tile_size: tile_size(region.pixels(), rayon::current_num_threads(), paged),
         aovs: request.aovs.clone(),
     }
 }

@@ -2,9 +2,10 @@
 
 use super::Shared;
 use super::error::{PageError, PageFault};
+use super::state::State;
 use super::usage::Usage;
 use crate::table::Table;
-use std::sync::{Arc, Condvar, PoisonError};
+use std::sync::{Arc, Condvar, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// What the cache knows of a batch.
@@ -16,7 +17,7 @@ pub(super) struct Waiting {
     pub(super) failure: Option<PageError>,
     /// Pages that it keeps. All are in the table.
     pub(super) pins: Vec<u32>,
-    /// Told when no page is missing.
+    /// Told when a page has come.
     pub(super) arrived: Arc<Condvar>,
 }
 
@@ -72,9 +73,25 @@ impl Batch {
     /// # Errors
     /// As there, for the first that fails; those behind it are not asked then.
     pub fn fetch_all(wanted: &mut [(&mut Self, &[u32])]) -> Result<(), PageError> {
+        Self::fetch_each(wanted, |batch, pages| batch.wait_for(pages).map(|_| ()))
+    }
+
+    /// [`fetch_all`](Self::fetch_all) that goes on when of each batch the first page is in memory and half of those that
+    /// were on their way, so that the others are read while the batch computes. Those are kept as soon as they come.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn fetch_half(wanted: &mut [(&mut Self, &[u32])]) -> Result<(), PageError> {
+        Self::fetch_each(wanted, Self::wait_for_half)
+    }
+
+    fn fetch_each(
+        wanted: &mut [(&mut Self, &[u32])],
+        fetch: impl Fn(&mut Self, &[u32]) -> Result<(), PageError>,
+    ) -> Result<(), PageError> {
         wanted.iter_mut().for_each(|(batch, _)| batch.rest());
         let mut asked = wanted.iter_mut().filter(|(_, pages)| !pages.is_empty());
-        let fetched = asked.try_for_each(|(batch, pages)| batch.wait_for(pages).map(|_| ()));
+        let fetched = asked.try_for_each(|(batch, pages)| fetch(batch, pages));
         wanted.iter_mut().for_each(|(batch, _)| batch.resume());
         fetched
     }
@@ -92,24 +109,52 @@ impl Batch {
 
     fn wait_for_all(&self, pages: &[u32]) -> Result<(), PageError> {
         let mut state = self.shared.lock();
-        state.unpin(self.number);
+        state.forget(self.number);
         for &page in pages {
             state.ask(self.number, page, &self.shared.directory);
         }
-        let missing = |waiting: &Option<Waiting>| waiting.as_ref().is_some_and(|w| w.missing > 0);
-        if missing(&state.batches[self.number]) {
+        self.wait(state, pages, 0)
+    }
+
+    /// Asks for as many pages as are granted, beside those that are on their way, and waits for half of them and the first.
+    fn wait_for_half(&mut self, pages: &[u32]) -> Result<(), PageError> {
+        let mut state = self.shared.lock();
+        state.unpin(self.number);
+        // No more than half of the quota, so that there is room for the first.
+        let mut granted = state.missing(self.number);
+        for &page in pages {
+            if granted >= self.shared.config.quota() {
+                break;
+            }
+            if !state.awaits(self.number, page) {
+                state.ask(self.number, page, &self.shared.directory);
+                granted += 1;
+            }
+        }
+        let enough = state.missing(self.number) / 2;
+        self.wait(state, pages, enough)
+    }
+
+    /// Waits until the first of the pages is there, and no more than `enough` of all are missing.
+    fn wait(&self, mut state: MutexGuard<'_, State>, pages: &[u32], enough: usize) -> Result<(), PageError> {
+        let (number, first) = (self.number, pages.first().copied().unwrap_or(0));
+        let waits = |state: &State| {
+            let short = state.missing(number) > enough || state.awaits(number, first);
+            short && !state.closed && state.failure(number).is_none()
+        };
+        if waits(&state) {
             self.shared.work.notify_all();
             let start = Instant::now();
-            while !state.closed && missing(&state.batches[self.number]) {
+            while waits(&state) {
                 state = self.arrived.wait(state).unwrap_or_else(PoisonError::into_inner);
             }
             state.stats.stall += start.elapsed();
         }
-        let failure = state.batches[self.number].as_mut().and_then(|waiting| waiting.failure.take());
-        let closed = || PageError { page: pages.first().copied().unwrap_or(0), fault: PageFault::Closed };
+        let failure = state.failure(number).cloned();
+        let closed = || PageError { page: first, fault: PageFault::Closed };
         let failure = failure.or_else(|| state.closed.then(closed));
         if failure.is_some() {
-            state.unpin(self.number);
+            state.forget(number);
         }
         failure.map_or(Ok(()), Err)
     }
@@ -141,7 +186,7 @@ impl Batch {
 
     /// Lets go of the pages that were kept.
     fn let_go(&self) {
-        self.shared.lock().unpin(self.number);
+        self.shared.lock().forget(self.number);
     }
 }
 

@@ -27,8 +27,10 @@
 //!    Threads look again when that happens.
 //! 4. *No page is passed over for ever.* Threads go through the file in one direction and start anew at its end; a sweep
 //!    is finite, and every page that is awaited when it starts, and for which there is a slot, is read in it.
-//! 5. *A batch goes on when all pages that were granted are there.* They cannot leave meanwhile: they are kept from the
-//!    moment at which they are in the table, and no other batch can undo that. At least one page is granted, so a batch
+//! 5. *A batch goes on when all pages that were granted are there*, or by [`Batch::fetch_half`] when the first is there and half
+//!    of the rest. They cannot leave meanwhile: they are kept from the
+//!    moment at which they are in the table, and no other batch can undo that. What is on its way then counts against the
+//!    next grant, and is less than it, so there is always room for a first page. At least one page is granted, so a batch
 //!    that asks for its most wanted page first gets on by one page with every fetch.
 //!
 //! Reads that fail count as ended: all who wait for the page get the error, its slot becomes free, and the page may be

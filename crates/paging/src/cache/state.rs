@@ -146,6 +146,32 @@ impl State {
         self.stats.resident_pages += 1;
     }
 
+    /// Pages that a batch waits for.
+    pub(super) fn missing(&self, batch: usize) -> usize {
+        self.batches[batch].as_ref().map_or(0, |waiting| waiting.missing)
+    }
+
+    /// Whether a batch waits for this page.
+    pub(super) fn awaits(&self, batch: usize, page: u32) -> bool {
+        self.requests.get(&page).is_some_and(|askers| askers.contains(&batch))
+    }
+
+    /// Why a batch will not get a page.
+    pub(super) fn failure(&self, batch: usize) -> Option<&PageError> {
+        self.batches[batch].as_ref()?.failure.as_ref()
+    }
+
+    /// Lets go of the pages that a batch keeps, and of those that it waits for: they may still come, but for nobody.
+    pub(super) fn forget(&mut self, batch: usize) {
+        self.unpin(batch);
+        if let Some(Some(waiting)) = self.batches.get_mut(batch) {
+            (waiting.missing, waiting.failure) = (0, None);
+        }
+        for askers in self.requests.values_mut() {
+            askers.retain(|&asker| asker != batch);
+        }
+    }
+
     /// Lets go of the pages that a batch keeps.
     pub(super) fn unpin(&mut self, batch: usize) {
         let Some(Some(waiting)) = self.batches.get_mut(batch) else { return };
@@ -275,9 +301,8 @@ impl State {
             waiting.failure = error.cloned();
         }
         waiting.missing -= 1;
-        if waiting.missing == 0 {
-            waiting.arrived.notify_one();
-        }
+        // The page may be the first, for which the batch waits in any case.
+        waiting.arrived.notify_one();
     }
 
     /// Wakes all who wait: the cache is gone.

@@ -324,7 +324,8 @@ impl Bundle {
         let mesh = &tracer.meshes[tracer.placed[task.instance as usize].mesh as usize];
         let Leaves::Pages(mesh) = mesh.leaves() else { return Turn::NEVER };
         let ray = &task.job.rays[task.job.patch.index(self.mesh.member(lane))];
-        Turn::new(tracer, ray, task.instance, self.subtree, &mesh.roots[self.subtree as usize])
+        let subtree = (self.subtree, &mesh.roots[self.subtree as usize]);
+        Turn::in_world(tracer, ray, task.instance, subtree)
     }
 
     /// Notes that the ray in a lane misses the page of this subtree, or attributes of it.

@@ -10,24 +10,19 @@ use vastlight_paging::Table;
 /// Traces batches of rays through pages; keeps its memory for the next.
 #[derive(Debug, Default)]
 pub struct PagedBatch {
-    /// The rays that are not finished, and their numbers.
+    /// The rays of a pass, and their numbers.
     rays: Vec<Ray>,
     numbers: Vec<u32>,
+    /// Numbers of the rays that wait for a page.
+    waiting: Vec<u32>,
     /// By number in the whole batch.
     ways: Vec<Way>,
     /// Pages that all unfinished rays have looked through.
     done: PageSet,
     used: PageSet,
     undecided: PageSet,
-    asked: PageSet,
-    wanted: Wanted,
-}
-
-/// Numbers of pages, the most wanted first.
-#[derive(Debug, Default)]
-struct Wanted {
-    geometry: Vec<u32>,
-    attributes: Vec<u32>,
+    geometry: Wanted,
+    attributes: Wanted,
 }
 
 /// How far a ray is.
@@ -111,30 +106,44 @@ impl PagedBatch {
     ) -> Result<(), P::Error> {
         self.ways.clear();
         self.ways.resize(rays.len(), Way::AFRESH);
+        self.waiting.clear();
         self.numbers.clear();
         self.numbers.extend(0..rays.len() as u32);
-        self.rays.clear();
-        self.rays.extend(rays);
         pager.fetch(&[], &[])?;
-        let mut table = pager.geometry();
-        self.done.clear(table.pages());
+        self.done.clear(pager.geometry().pages());
         loop {
-            if ANY {
-                self.pass_for_any(tracer, &table, &pager.attributes(), filter);
-            } else {
-                self.pass_for_closest(tracer, &table, &pager.attributes(), filter);
-            }
-            pager.used(&self.used.words());
-            self.keep_unfinished::<ANY>(rays, table.pages());
-            if self.rays.is_empty() {
+            self.go_on::<P, ANY>(tracer, pager, rays, filter);
+            if self.waiting.is_empty() {
                 return Ok(());
             }
-            self.note_done(&table);
-            // Pages that are taken out of memory meanwhile are free only without this.
-            drop(table);
-            pager.fetch(&self.wanted.geometry, &self.wanted.attributes)?;
-            table = pager.geometry();
+            self.note_wanted();
+            pager.fetch(&self.geometry.pages, &self.attributes.pages)?;
+            self.choose_ready(&pager.geometry(), &pager.attributes());
         }
+    }
+
+    /// A pass of the chosen rays.
+    fn go_on<P: Pager, const ANY: bool>(
+        &mut self,
+        tracer: &Tracer,
+        pager: &mut P,
+        rays: &[Ray],
+        filter: Option<&dyn PagedFilter>,
+    ) {
+        let (table, attributes) = (pager.geometry(), pager.attributes());
+        self.rays.clear();
+        self.rays.extend(self.numbers.iter().map(|&number| rays[number as usize]));
+        let all = self.waiting.is_empty();
+        if ANY {
+            self.pass_for_any(tracer, &table, &attributes, filter);
+        } else {
+            self.pass_for_closest(tracer, &table, &attributes, filter);
+        }
+        pager.used(&self.used.words());
+        if all {
+            self.note_done(&table);
+        }
+        self.keep_unfinished::<ANY>();
     }
 
     // Compiled here, and not anew wherever there is a pager.
@@ -176,32 +185,38 @@ impl PagedBatch {
         tracer.level().dispatch(Batch::<_, _, ANY> { tracer, pages, rays, filter, answers });
     }
 
-    /// Leaves the rays that need something that is not in memory, and collects what that is.
-    fn keep_unfinished<const ANY: bool>(&mut self, rays: &[Ray], pages: usize) {
-        self.asked.clear(pages);
-        self.wanted.geometry.clear();
-        self.wanted.attributes.clear();
-        self.rays.clear();
-        let mut kept = 0;
-        for i in 0..self.numbers.len() {
-            let number = self.numbers[i];
+    /// Puts the rays of the pass that need something that is not in memory to those that wait.
+    fn keep_unfinished<const ANY: bool>(&mut self) {
+        for &number in &self.numbers {
             let way = &mut self.ways[number as usize];
-            if ANY && way.best.is_hit() || !way.missing.matters(&way.best) {
-                continue;
+            if (!ANY || !way.best.is_hit()) && way.missing.matters(&way.best) {
+                way.restart = way.missing.turn;
+                self.waiting.push(number);
             }
-            way.restart = way.missing.turn;
-            if self.asked.insert(way.missing.page) {
-                self.wanted.geometry.push(way.missing.page);
-            }
-            if way.missing.attributes != Hit::NONE {
-                self.wanted.attributes.push(way.missing.attributes);
-            }
-            self.numbers[kept] = number;
-            self.rays.push(rays[number as usize]);
-            kept += 1;
         }
-        self.numbers.truncate(kept);
-        dedup(&mut self.wanted.attributes);
+    }
+
+    /// Collects what the rays wait for.
+    fn note_wanted(&mut self) {
+        let missing = |&number: &u32| self.ways[number as usize].missing;
+        self.geometry.collect(self.waiting.iter().map(|number| missing(number).page));
+        let attributes = self.waiting.iter().map(|number| missing(number).attributes);
+        self.attributes.collect(attributes.filter(|&page| page != Hit::NONE));
+    }
+
+    /// Chooses the rays for the next pass: those for which all has come.
+    fn choose_ready(&mut self, geometry: &Table, attributes: &Table) {
+        let Self { waiting, numbers, ways, .. } = self;
+        numbers.clear();
+        waiting.retain(|&number| {
+            let missing = &ways[number as usize].missing;
+            let ready = geometry.page(missing.page).is_some()
+                && (missing.attributes == Hit::NONE || attributes.page(missing.attributes).is_some());
+            if ready {
+                numbers.push(number);
+            }
+            !ready
+        });
     }
 
     /// Notes the pages that all rays have looked through now: those that were in memory and left nothing undecided.
@@ -214,8 +229,26 @@ impl PagedBatch {
     }
 }
 
-/// Leaves the first of each number.
-fn dedup(numbers: &mut Vec<u32>) {
-    let mut seen = std::collections::HashSet::new();
-    numbers.retain(|&number| seen.insert(number));
+/// Numbers of pages: first that of the first ray that waits, then by how many rays want them.
+#[derive(Debug, Default)]
+struct Wanted {
+    pages: Vec<u32>,
+    /// Number of rays and page.
+    counted: Vec<(u32, u32)>,
+}
+
+impl Wanted {
+    fn collect(&mut self, wanted: impl Iterator<Item = u32>) {
+        let Self { pages, counted } = self;
+        pages.clear();
+        counted.clear();
+        pages.extend(wanted);
+        let Some(&first) = pages.first() else { return };
+        pages.sort_unstable();
+        counted.extend(pages.chunk_by(|a, b| a == b).map(|same| (same.len() as u32, same[0])));
+        // The first gets on whatever others want, so that waiting ends.
+        counted.sort_unstable_by_key(|&(count, page)| (page != first, std::cmp::Reverse(count), page));
+        pages.clear();
+        pages.extend(counted.iter().map(|&(_, page)| page));
+    }
 }

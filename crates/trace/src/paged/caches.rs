@@ -56,7 +56,7 @@ impl Pager for CachePager {
     }
 
     fn fetch(&mut self, geometry: &[u32], attributes: &[u32]) -> Result<(), PageError> {
-        Batch::fetch_all(&mut [(&mut self.geometry, geometry), (&mut self.attributes, attributes)])
+        Batch::fetch_half(&mut [(&mut self.geometry, geometry), (&mut self.attributes, attributes)])
     }
 
     fn used(&mut self, pages: &[u64]) {

@@ -24,15 +24,14 @@ impl PageSet {
             .is_some_and(|w| w.load(Ordering::Relaxed) >> (page % 64) & 1 == 1)
     }
 
-    /// Adds a page; whether it was not there.
+    /// Adds a page.
     #[inline(always)]
-    pub(super) fn insert(&self, page: u32) -> bool {
-        let Some(word) = self.words.get(page as usize / 64) else { return false };
+    pub(super) fn insert(&self, page: u32) {
+        let Some(word) = self.words.get(page as usize / 64) else { return };
         let (old, bit) = (word.load(Ordering::Relaxed), 1 << (page % 64));
         if old & bit == 0 {
             word.fetch_or(bit, Ordering::Relaxed);
         }
-        old & bit == 0
     }
 
     /// The bits of all pages.

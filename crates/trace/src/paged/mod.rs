@@ -2,21 +2,22 @@
 //!
 //! After K. Garanzha, A. Bely, V. Galaktionov (thesis of K. Garanzha 2013, 6.4): a batch of rays is traced again and again;
 //! a ray tests all pages on its way that are in memory and asks for the first one that is not; between passes the pages
-//! that were asked for are fetched.
+//! that were asked for are fetched, and the next pass is that of the rays whose pages have come.
 //!
 //! # Why it ends, with the right hits
 //! For each ray the subtrees in pages have an order ([`Turn`]): by where the ray enters them, ties by number. It depends
 //! on the ray and the scene alone. `restart` is the turn of the first subtree that the ray could not look through; all
 //! before it have been, in this pass or an earlier one, and are never asked for again, whether they are still in memory or
 //! not. In a pass the ray looks through all others that are in memory, so the next `restart` is not before this one,
-//! and behind it if the page was there. A pager grants at least what the first unfinished ray of the batch needs: so in every pass
+//! and behind it if the page was there. A pager grants at least what the first ray that waits needs: so in every pass
 //! or two some ray goes on by a turn. Turns are finite, hence so are passes. A ray is finished when
 //! its first missing subtree begins behind its closest hit; hits do not depend on the order in which they are found,
 //! so they are those of a scene in memory, bit for bit.
 //!
-//! Deviations from the thesis: turns instead of cells of a grid, so that any tree over pages will do; a page that every
-//! ray of the batch has looked through ("WasRead") is known by the batch, not by the page, so that several batches
-//! can be on their way at once.
+//! Deviations from the thesis: turns instead of cells of a grid, so that any tree over pages will do; rays whose page has
+//! not come sit a pass out, so the most wanted pages come first and serve all who wait for them; a page that every
+//! ray of the batch has looked through ("WasRead"), after a pass of all, is known by the batch, not by the page, so
+//! that several batches can be on their way at once.
 
 mod batch;
 mod caches;

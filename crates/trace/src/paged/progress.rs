@@ -3,7 +3,7 @@
 use super::Found;
 use crate::{Hit, Tracer};
 use vastlight_accel::compact::PageRoot;
-use vastlight_accel::ray::ScaledRay;
+use vastlight_accel::ray::{BoxRay, ScaledRay};
 use vastlight_math::Ray;
 
 /// A place in the order in which a ray asks for subtrees of pages: by where it enters them, then by number. The order
@@ -22,16 +22,37 @@ impl Turn {
     /// Behind all subtrees.
     pub(crate) const NEVER: Self = Self { entry: u32::MAX, instance: u32::MAX, subtree: u32::MAX };
 
-    /// The turn of a subtree of an instance's mesh.
+    /// The turn of a subtree of an instance's mesh, for a ray in the mesh's space whose parameters times `t_scale` are those
+    /// of the given ray.
+    #[inline(always)]
+    pub(crate) fn in_mesh(
+        (ray, t_scale): (&BoxRay, f32),
+        instance: u32,
+        (subtree, root): (u32, &PageRoot),
+    ) -> Self {
+        let entry = ray.enter(&root.bounds()).max(0.0) * t_scale;
+        Self { entry: entry.to_bits(), instance, subtree }
+    }
+
+    /// The same for a ray in the world.
     #[inline(never)]
-    pub(crate) fn new(tracer: &Tracer, ray: &Ray, instance: u32, subtree: u32, root: &PageRoot) -> Self {
+    pub(crate) fn in_world(tracer: &Tracer, ray: &Ray, instance: u32, subtree: (u32, &PageRoot)) -> Self {
         let placed = &tracer.placed[instance as usize];
         let (origin, direction) = placed.map_ray(ray.origin, ray.direction);
         let extent = tracer.meshes[placed.mesh as usize].space().extent;
-        let entry = ScaledRay::new(origin, direction).map_or(0.0, |scaled| {
-            scaled.for_boxes(extent, 1.0).enter(&root.bounds()).max(0.0) * scaled.t_scale
-        });
-        Self { entry: entry.to_bits(), instance, subtree }
+        match ScaledRay::new(origin, direction) {
+            Some(scaled) => {
+                Self::in_mesh((&scaled.for_boxes(extent, 1.0), scaled.t_scale), instance, subtree)
+            }
+            None => Self { entry: 0, instance, subtree: subtree.0 },
+        }
+    }
+
+    /// The ray parameter before which nothing comes at or behind this turn: what is hit in a subtree is behind where the
+    /// ray enters it.
+    #[inline(always)]
+    pub(crate) fn entry(&self) -> f32 {
+        f32::from_bits(self.entry)
     }
 }
 
@@ -59,7 +80,7 @@ impl Missing {
 
     /// Whether a ray with this closest hit needs it.
     pub(crate) fn matters(&self, best: &Hit) -> bool {
-        self.turn != Turn::NEVER && f32::from_bits(self.turn.entry) <= best.t
+        self.turn != Turn::NEVER && self.turn.entry() <= best.t
     }
 }
 

@@ -48,7 +48,8 @@ struct Careless<'a> {
     random: Random,
     slots: usize,
     resident: BTreeSet<u32>,
-    attributes: &'a std::sync::Mutex<BTreeSet<u32>>,
+    /// Pages of attributes in memory.
+    known: BTreeSet<u32>,
     fetches: usize,
     most_fetches: usize,
 }
@@ -57,7 +58,11 @@ impl Pager for Careless<'_> {
     type Error = &'static str;
 
     fn attributes(&self) -> Table {
-        Table::default()
+        let mut table = Table::new(self.paged.pages.len());
+        for &page in &self.known {
+            table.set(page, Table::resident([&[1_u8][..]].into_iter(), 0).set(0, None));
+        }
+        table
     }
 
     fn geometry(&self) -> Table {
@@ -79,9 +84,8 @@ impl Pager for Careless<'_> {
         self.resident.retain(|_| self.random.unit() < keep);
         self.resident.extend(geometry.iter().take(granted));
         if !attributes.is_empty() {
-            let mut known = self.attributes.lock().expect("no panic before");
-            known.clear();
-            known.extend(attributes.iter().take(granted));
+            self.known.clear();
+            self.known.extend(attributes.iter().take(granted));
         }
         Ok(())
     }
@@ -95,17 +99,15 @@ impl Pager for Careless<'_> {
 }
 
 /// Passes triangles of every third number; for those of every other page it needs to see attributes.
-struct Thirds<'a> {
-    attributes: &'a std::sync::Mutex<BTreeSet<u32>>,
-}
+struct Thirds;
 
 fn counts(hit: &Hit) -> bool {
     !hit.prim.is_multiple_of(3)
 }
 
-impl PagedFilter for Thirds<'_> {
-    fn judge(&self, _ray: usize, hit: &Hit, found: &Found, _attributes: &Table) -> Verdict {
-        let known = self.attributes.lock().expect("no panic before").contains(&found.page);
+impl PagedFilter for Thirds {
+    fn judge(&self, _ray: usize, hit: &Hit, found: &Found, attributes: &Table) -> Verdict {
+        let known = attributes.page(found.page).is_some();
         match (found.page % 2 == 1 && !known, counts(hit)) {
             (true, _) => Verdict::Unknown(found.page),
             (false, true) => Verdict::Counts,
@@ -114,7 +116,7 @@ impl PagedFilter for Thirds<'_> {
     }
 }
 
-impl HitFilter for Thirds<'_> {
+impl HitFilter for Thirds {
     fn accepts(&self, _ray: usize, hit: &Hit) -> bool {
         counts(hit)
     }
@@ -138,23 +140,21 @@ fn check(name: &str, scene: &Scene, level: Level, slots: usize) {
     let mut random = Random(slots as u64 + 1);
     let alone = rays_at(&mut random, 400, Vec3::ZERO, 1.0);
     let rays: Vec<Ray> = [beams(&mut random, &alone[..12]), alone].concat();
-    let attributes = std::sync::Mutex::new(BTreeSet::new());
-    let filter = Thirds { attributes: &attributes };
     for filtered in [false, true] {
-        let filter = filtered.then_some(&filter as &dyn PagedFilter);
+        let filter = filtered.then_some(&Thirds as &dyn PagedFilter);
         let mut pager = Careless {
             paged: &paged,
             random: Random(7 * slots as u64 + 3),
             slots,
             resident: BTreeSet::new(),
-            attributes: &attributes,
+            known: BTreeSet::new(),
             fetches: 0,
             most_fetches: 400 * paged.pages.len(),
         };
         let (mut expected, mut hidden) = (closest(&resident, &rays), occluded(&resident, &rays));
         if filtered {
-            resident.closest(&rays, &Thirds { attributes: &attributes }, &mut expected);
-            resident.occluded(&rays, &Thirds { attributes: &attributes }, &mut hidden);
+            resident.closest(&rays, &Thirds, &mut expected);
+            resident.occluded(&rays, &Thirds, &mut hidden);
         }
         assert!(expected.iter().filter(|hit| hit.is_hit()).count() > 100, "{name}");
         let (mut batch, mut hits, mut places) = (PagedBatch::default(), Vec::new(), Vec::new());
@@ -195,13 +195,12 @@ fn hits_do_not_depend_on_which_pages_are_in_memory() {
 fn a_page_that_cannot_be_had_is_an_error() {
     let (_, scene) = scenes().swap_remove(0);
     let paged = Paged::new(&scene, Level::PORTABLE);
-    let attributes = std::sync::Mutex::new(BTreeSet::new());
     let mut pager = Careless {
         paged: &paged,
         random: Random(1),
         slots: 1,
         resident: BTreeSet::new(),
-        attributes: &attributes,
+        known: BTreeSet::new(),
         fetches: 0,
         most_fetches: 2,
     };

@@ -31,9 +31,9 @@ pub(crate) struct Ooc {
     /// Batches of paths for each thread: some wait for pages while others compute
     #[arg(long, value_name = "N", default_value_t = PagingRequest::default().batches_per_thread)]
     batches: usize,
-    /// Paths of a batch
-    #[arg(long, value_name = "N", default_value_t = PagingRequest::default().paths_per_batch)]
-    batch_paths: u64,
+    /// Paths of a batch [default: what the memory allows]
+    #[arg(long, value_name = "N")]
+    batch_paths: Option<u64>,
     /// Which page leaves when room is needed: lfu (as published), clock, lru-2 or s3-fifo
     #[arg(long, value_name = "NAME", default_value = PolicyKind::default().name(), value_parser = policy)]
     policy: PolicyKind,
