@@ -121,12 +121,15 @@ impl PageWalk {
             .extend(hits.iter().zip(&self.found).map(|(hit, found)| context.bare_corners(hit, found)));
         self.waiting.clear();
         self.waiting.extend((0..hits.len() as u32).filter(|&i| hits[i as usize].is_hit()));
+        self.wanted.clear();
         loop {
+            self.pager.fetch_attributes(&self.wanted)?;
             self.gather_present(context);
             if self.waiting.is_empty() {
+                // Whoever shades needs no pages, and holds none.
+                self.pager.rest();
                 return Ok(());
             }
-            self.pager.fetch_attributes(&self.wanted)?;
         }
     }
 

@@ -21,8 +21,23 @@ pub struct PagedBatch {
     done: PageSet,
     used: PageSet,
     undecided: PageSet,
+    /// Pages that will be done after a pass of all rays.
+    complete: PageSet,
     geometry: Wanted,
     attributes: Wanted,
+}
+
+/// Rays that see the same pages in memory.
+const TOGETHER: usize = 2048;
+
+/// What the rays of a pass see.
+struct Pass<'p> {
+    tracer: &'p Tracer,
+    table: &'p Table,
+    attributes: &'p Table,
+    /// By number in the pass.
+    numbers: &'p [u32],
+    filter: Option<&'p dyn PagedFilter>,
 }
 
 /// How far a ray is.
@@ -112,8 +127,9 @@ impl PagedBatch {
         pager.fetch(&[], &[])?;
         self.done.clear(pager.geometry().pages());
         loop {
-            self.go_on::<P, ANY>(tracer, pager, rays, filter);
+            self.go_on::<P, ANY>(tracer, pager, rays, filter)?;
             if self.waiting.is_empty() {
+                pager.rest();
                 return Ok(());
             }
             self.note_wanted();
@@ -122,63 +138,58 @@ impl PagedBatch {
         }
     }
 
-    /// A pass of the chosen rays.
+    /// A pass of the chosen rays, some of them at a time: what is in memory is seen anew by each, so that the memory of
+    /// pages that left is not held for long.
     fn go_on<P: Pager, const ANY: bool>(
         &mut self,
         tracer: &Tracer,
         pager: &mut P,
         rays: &[Ray],
         filter: Option<&dyn PagedFilter>,
-    ) {
-        let (table, attributes) = (pager.geometry(), pager.attributes());
-        self.rays.clear();
-        self.rays.extend(self.numbers.iter().map(|&number| rays[number as usize]));
-        let all = self.waiting.is_empty();
-        if ANY {
-            self.pass_for_any(tracer, &table, &attributes, filter);
-        } else {
-            self.pass_for_closest(tracer, &table, &attributes, filter);
+    ) -> Result<(), P::Error> {
+        let (numbers, all) = (std::mem::take(&mut self.numbers), self.waiting.is_empty());
+        for (i, chunk) in numbers.chunks(TOGETHER).enumerate() {
+            if i > 0 {
+                pager.fetch(&[], &[])?;
+            }
+            let (table, attributes) = (pager.geometry(), pager.attributes());
+            self.rays.clear();
+            self.rays.extend(chunk.iter().map(|&number| rays[number as usize]));
+            let pass = Pass { tracer, table: &table, attributes: &attributes, numbers: chunk, filter };
+            if ANY {
+                self.pass_for_any(&pass);
+            } else {
+                self.pass_for_closest(&pass);
+            }
+            pager.used(&self.used.words());
+            if all {
+                self.note_complete(&table, i == 0);
+            }
+            self.keep_unfinished::<ANY>(chunk);
         }
-        pager.used(&self.used.words());
         if all {
-            self.note_done(&table);
+            std::mem::swap(&mut self.done, &mut self.complete);
         }
-        self.keep_unfinished::<ANY>();
+        self.numbers = numbers;
+        Ok(())
     }
 
     // Compiled here, and not anew wherever there is a pager.
     #[inline(never)]
-    fn pass_for_closest(
-        &mut self,
-        tracer: &Tracer,
-        table: &Table,
-        attributes: &Table,
-        filter: Option<&dyn PagedFilter>,
-    ) {
-        self.pass::<false>(tracer, table, attributes, filter);
+    fn pass_for_closest(&mut self, pass: &Pass<'_>) {
+        self.pass::<false>(pass);
     }
 
     #[inline(never)]
-    fn pass_for_any(
-        &mut self,
-        tracer: &Tracer,
-        table: &Table,
-        attributes: &Table,
-        filter: Option<&dyn PagedFilter>,
-    ) {
-        self.pass::<true>(tracer, table, attributes, filter);
+    fn pass_for_any(&mut self, pass: &Pass<'_>) {
+        self.pass::<true>(pass);
     }
 
-    fn pass<const ANY: bool>(
-        &mut self,
-        tracer: &Tracer,
-        table: &Table,
-        attributes: &Table,
-        filter: Option<&dyn PagedFilter>,
-    ) {
+    fn pass<const ANY: bool>(&mut self, pass: &Pass<'_>) {
+        let &Pass { tracer, table, attributes, numbers, filter } = pass;
         self.used.clear(table.pages());
         self.undecided.clear(table.pages());
-        let (numbers, ways) = (&self.numbers[..], &mut self.ways[..]);
+        let ways = &mut self.ways[..];
         let (done, used, undecided) = (&self.done, &self.used, &self.undecided);
         let filter = &PassFilter { filter, tracer, attributes, numbers, done, used, undecided };
         let (pages, rays, answers) = (table, &self.rays[..], Ways { numbers, ways });
@@ -186,8 +197,8 @@ impl PagedBatch {
     }
 
     /// Puts the rays of the pass that need something that is not in memory to those that wait.
-    fn keep_unfinished<const ANY: bool>(&mut self) {
-        for &number in &self.numbers {
+    fn keep_unfinished<const ANY: bool>(&mut self, numbers: &[u32]) {
+        for &number in numbers {
             let way = &mut self.ways[number as usize];
             if (!ANY || !way.best.is_hit()) && way.missing.matters(&way.best) {
                 way.restart = way.missing.turn;
@@ -219,13 +230,14 @@ impl PagedBatch {
         });
     }
 
-    /// Notes the pages that all rays have looked through now: those that were in memory and left nothing undecided.
-    fn note_done(&self, table: &Table) {
-        for page in table.present() {
-            if !self.undecided.contains(page) {
-                self.done.insert(page);
-            }
+    /// Notes the pages that all rays so far have looked through: those that were in memory each time and left nothing
+    /// undecided.
+    fn note_complete(&mut self, table: &Table, first: bool) {
+        if first {
+            self.complete.clear(table.pages());
+            table.present().for_each(|page| self.complete.insert(page));
         }
+        self.complete.retain(|page| table.page(page).is_some() && !self.undecided.contains(page));
     }
 }
 

@@ -59,6 +59,11 @@ impl Pager for CachePager {
         Batch::fetch_half(&mut [(&mut self.geometry, geometry), (&mut self.attributes, attributes)])
     }
 
+    fn rest(&mut self) {
+        self.geometry.rest();
+        self.attributes.rest();
+    }
+
     fn used(&mut self, pages: &[u64]) {
         self.geometry.note_used(pages);
     }

@@ -34,6 +34,21 @@ impl PageSet {
         }
     }
 
+    /// Leaves the pages for which `keep` is true.
+    pub(super) fn retain(&mut self, keep: impl Fn(u32) -> bool) {
+        for (first, word) in (0..).step_by(64).zip(&mut self.words) {
+            let word = word.get_mut();
+            let mut bits = *word;
+            while bits != 0 {
+                let bit = bits.trailing_zeros();
+                if !keep(first + bit) {
+                    *word &= !(1 << bit);
+                }
+                bits &= bits - 1;
+            }
+        }
+    }
+
     /// The bits of all pages.
     pub(super) fn words(&mut self) -> Vec<u64> {
         self.words.iter_mut().map(|word| *word.get_mut()).collect()

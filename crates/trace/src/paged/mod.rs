@@ -16,7 +16,7 @@
 //!
 //! Deviations from the thesis: turns instead of cells of a grid, so that any tree over pages will do; rays whose page has
 //! not come sit a pass out, so the most wanted pages come first and serve all who wait for them; a page that every
-//! ray of the batch has looked through ("WasRead"), after a pass of all, is known by the batch, not by the page, so
+//! ray of the batch has looked through ("WasRead"), after the first pass, is known by the batch, not by the page, so
 //! that several batches can be on their way at once.
 
 mod batch;
@@ -83,6 +83,9 @@ pub trait Pager {
     /// # Errors
     /// A page cannot be had.
     fn fetch(&mut self, geometry: &[u32], attributes: &[u32]) -> Result<(), Self::Error>;
+
+    /// Lets go of what is seen in memory until the next fetch.
+    fn rest(&mut self) {}
 
     /// Is told which pages of geometry a pass has used, a bit each.
     fn used(&mut self, pages: &[u64]);
