@@ -22,7 +22,7 @@ pub(crate) struct Ooc {
     /// Parts of the pages that may be in memory at once, the first to compare the others with
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1.0, 0.333, 0.1, 0.05, 0.02, 0.01, 0.001])]
     cache_fraction: Vec<f32>,
-    /// From where: far sees all, near is the scene's own camera, or a nearer one
+    /// From where: far sees the whole bounds, near is the camera chosen, or one nearer than far where the scene has none
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values = ["far", "near"])]
     view: Vec<View>,
     /// How light is computed
@@ -62,8 +62,8 @@ enum Mode {
 }
 
 impl View {
-    fn camera(self, scene: &Scene) -> Camera {
-        let (own, far) = (&scene.cameras()[0], Camera::framing(&scene.bounds()));
+    fn camera(self, own: &Camera, scene: &Scene) -> Camera {
+        let far = Camera::framing(&scene.bounds());
         match self {
             Self::Far => far,
             Self::Near if own.world_from_camera != far.world_from_camera => own.clone(),
@@ -114,15 +114,16 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     for &view in &arguments.view {
         for &mode in &arguments.mode {
             let mut request = arguments.picture.request(&open.scene, Vec::new())?;
-            request.settings.camera = view.camera(&open.scene);
+            request.settings.camera = view.camera(&request.settings.camera, &open.scene);
             mode.apply(&mut request);
             request.paging.batches_per_thread = arguments.batches;
             request.paging.paths_per_batch = arguments.batch_paths;
             request.paging.policy = arguments.policy;
+            let camera = request.settings.camera.name.clone();
             let mut whole_ms = None;
             let print = |figures: &OocFigures| {
                 let whole_ms = *whole_ms.get_or_insert(figures.frame_ms);
-                print_line(strategy, view, mode, figures, figures.frame_ms / whole_ms);
+                print_line((strategy, &camera), view, mode, figures, figures.frame_ms / whole_ms);
             };
             measure_ooc(&open, &request, &arguments.cache_fraction, arguments.repeat, &control, print)?;
         }
@@ -130,13 +131,14 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     Ok(Exit::Done)
 }
 
-fn print_line(strategy: &str, view: View, mode: Mode, figures: &OocFigures, slowdown: f64) {
+fn print_line((strategy, camera): (&str, &str), view: View, mode: Mode, figures: &OocFigures, slowdown: f64) {
     let (geometry, attributes) = (&figures.paging.geometry, &figures.paging.attributes);
     let bytes_read = geometry.bytes_read + attributes.bytes_read;
     let line = json!({
         "bench": "ooc",
         "strategy": strategy,
         "view": view.name(),
+        "camera": camera,
         "mode": mode.name(),
         "cache_fraction": figures.cache_fraction,
         "slowdown": slowdown,
