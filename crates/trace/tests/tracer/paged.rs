@@ -191,6 +191,53 @@ fn hits_do_not_depend_on_which_pages_are_in_memory() {
     }
 }
 
+/// All pages are in memory.
+struct Whole<'a>(&'a Paged);
+
+impl Pager for Whole<'_> {
+    type Error = &'static str;
+
+    fn geometry(&self) -> Table {
+        self.0.all.clone()
+    }
+
+    fn attributes(&self) -> Table {
+        Table::default()
+    }
+
+    fn fetch(&mut self, geometry: &[u32], _attributes: &[u32]) -> Result<(), Self::Error> {
+        if geometry.is_empty() { Ok(()) } else { Err("a page is missing") }
+    }
+
+    fn used(&mut self, _pages: &[u64]) {}
+}
+
+/// A million rays, a hundred million with `VASTLIGHT_SOAK` in the environment, from inside a closed mesh at corners and
+/// edges of its triangles, many of which lie in two pages.
+#[test]
+fn no_ray_gets_out_between_pages() {
+    let count = if std::env::var_os("VASTLIGHT_SOAK").is_some() { 100_000_000 } else { 1_000_000 };
+    let bumpy = |p: Vec3| 1.0 + 0.2 * (p.x * 9.0).sin() * (p.y * 7.0).cos();
+    let mut mesh = closed_surface(60, 120, bumpy);
+    let scene = scene(vec![(mesh.clone(), vec![Affine3::IDENTITY])]);
+    let paged = Paged::new(&scene, Level::detect());
+    assert!(paged.pages.len() > 50);
+    mesh.positions.clone_from(&scene.meshes()[0].positions);
+    let (mut random, mut batch, mut escaped) = (Random(17), PagedBatch::default(), 0);
+    for first in (0..count).step_by(1 << 16) {
+        let mut ray = |i: usize| {
+            let [a, b, _] = mesh.corners(random.below(mesh.triangles.len()) as u32);
+            let target = if i % 3 == 0 { a } else { a + (b - a) * random.unit() };
+            let origin = random.point() * 0.05;
+            Ray::new(origin, target - origin)
+        };
+        let rays: Vec<Ray> = (0..(count - first).min(1 << 16)).map(&mut ray).collect();
+        let take = |_, hit: &Hit, _: &Found| escaped += u32::from(!hit.is_hit());
+        batch.closest(&paged.tracer, &mut Whole(&paged), &rays, None, take).expect("all is there");
+    }
+    assert_eq!(escaped, 0);
+}
+
 #[test]
 fn a_page_that_cannot_be_had_is_an_error() {
     let (_, scene) = scenes().swap_remove(0);
