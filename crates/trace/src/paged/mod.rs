@@ -5,7 +5,7 @@
 //! that were asked for are fetched, and the next pass is that of the rays whose pages have come.
 //!
 //! # Why it ends, with the right hits
-//! For each ray the subtrees in pages have an order ([`Turn`]): by where the ray enters them, ties by number. It depends
+//! For each ray the subtrees in pages have an order, turns: by where the ray enters them, ties by number. It depends
 //! on the ray and the scene alone. `restart` is the turn of the first subtree that the ray could not look through; all
 //! before it have been, in this pass or an earlier one, and are never asked for again, whether they are still in memory or
 //! not. In a pass the ray looks through all others that are in memory, so the next `restart` is not before this one,

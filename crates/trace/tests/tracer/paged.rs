@@ -227,7 +227,7 @@ fn no_ray_gets_out_between_pages() {
     for first in (0..count).step_by(1 << 16) {
         let mut ray = |i: usize| {
             let [a, b, _] = mesh.corners(random.below(mesh.triangles.len()) as u32);
-            let target = if i % 3 == 0 { a } else { a + (b - a) * random.unit() };
+            let target = if i.is_multiple_of(3) { a } else { a + (b - a) * random.unit() };
             let origin = random.point() * 0.05;
             Ray::new(origin, target - origin)
         };
