@@ -124,6 +124,9 @@ pub(crate) struct SceneArguments {
     /// Triangles of a demo scene whose size can be chosen
     #[arg(long, value_name = "N")]
     triangles: Option<u64>,
+    /// Bytes of texture, for demo scenes that can be asked for them (8GiB, 512MiB)
+    #[arg(long, value_name = "SIZE", value_parser = vastlight::parse_bytes)]
+    texture_bytes: Option<u64>,
 }
 
 impl SceneArguments {
@@ -132,6 +135,7 @@ impl SceneArguments {
         let mut options = common.load_options();
         options.import.scene.clone_from(&self.file_scene);
         options.generate.triangles = self.triangles;
+        options.generate.texture_bytes = self.texture_bytes;
         options.environment.clone_from(&self.env);
         options.sun = self.sun;
         options.overrides = self.overrides.as_deref().map(vastlight::Overrides::read).transpose()?;

@@ -64,7 +64,8 @@ pub(crate) struct Streamed<'a> {
 
 impl<'a> Streamed<'a> {
     pub(crate) fn new(make: &'a Make<'a>) -> Result<Self, ExportError> {
-        let SceneStream { desc, triangles, .. } = make()?;
+        let SceneStream { mut desc, triangles, rows, .. } = make()?;
+        rows.iter().try_for_each(|rows| rows.fill(&mut desc))?;
         let names = desc.names.len();
         let tables = Scene::new(desc)?;
         Ok(Self { make, tables, names, triangles, placed: Cell::new(0) })

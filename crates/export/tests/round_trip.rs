@@ -9,8 +9,9 @@ use vastlight_scene::{Camera, Instance, Projection, Scene, SceneDesc, SceneError
 /// A small version of a demo: the first size that it accepts.
 fn demo(name: &str) -> Scene {
     let sizes = [None, Some(20_000)];
-    let made =
-        sizes.iter().rev().find_map(|&triangles| by_name(name, &GenerateOptions { triangles, seed: 3 }).ok());
+    let made = sizes.iter().rev().find_map(|&triangles| {
+        by_name(name, &GenerateOptions { triangles, seed: 3, ..GenerateOptions::default() }).ok()
+    });
     Scene::new(made.expect("a demo")).expect("valid")
 }
 
@@ -163,7 +164,7 @@ fn unknown_extensions_and_unwritable_places_are_errors() {
 #[test]
 fn a_stream_is_written_as_the_whole_scene_is() {
     let directory = tempfile::tempdir().expect("a directory");
-    let options = GenerateOptions { triangles: Some(20_000), seed: 3 };
+    let options = GenerateOptions { triangles: Some(20_000), seed: 3, ..GenerateOptions::default() };
     let terrain = || stream("terrain", &options);
     let cornell = || {
         let mut desc = by_name("cornell", &GenerateOptions::default())?;
@@ -197,7 +198,12 @@ fn a_stream_too_large_or_broken_leaves_nothing_behind() {
         let pieces = whole.pieces.take(2).chain([Err(SceneError::new("lost its way", "", ""))]);
         Ok(SceneStream { pieces: Box::new(pieces), ..whole })
     };
-    let huge = || stream("terrain", &GenerateOptions { triangles: Some(4_000_000_000), seed: 0 });
+    let huge = || {
+        stream(
+            "terrain",
+            &GenerateOptions { triangles: Some(4_000_000_000), seed: 0, ..GenerateOptions::default() },
+        )
+    };
     for (extension, says) in [("glb", "4 GiB"), ("ply", "lost its way"), ("obj", "lost its way")] {
         let path = directory.path().join(format!("scene.{extension}"));
         let error = write_stream(if says == "4 GiB" { &huge } else { &broken }, &path).expect_err("refused");

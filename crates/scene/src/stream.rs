@@ -1,6 +1,6 @@
 //! A scene that comes mesh by mesh, so that no more than a few meshes are in memory at a time.
 
-use crate::{Instance, Mesh, SceneDesc, SceneError};
+use crate::{Instance, Mesh, SceneDesc, SceneError, Texels};
 use rayon::Yield;
 use std::collections::VecDeque;
 use std::fmt;
@@ -41,6 +41,35 @@ impl Piece {
 /// Pieces in an order that does not depend on the number of threads.
 pub type Pieces = Box<dyn Iterator<Item = Result<Piece, SceneError>> + Send>;
 
+/// Gives the rows of an image one after the other: each call adds one to what it is given.
+pub type NextRow = Box<dyn FnMut(&mut Texels) -> Result<(), SceneError> + Send>;
+
+/// An image whose texels come row by row.
+pub struct ImageRows {
+    /// Index into the images of [`SceneStream::desc`], where it has all but texels.
+    pub image: u32,
+    /// Starts with the first row.
+    pub open: Box<dyn Fn() -> Result<NextRow, SceneError> + Send>,
+}
+
+impl fmt::Debug for ImageRows {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ImageRows").field("image", &self.image).finish_non_exhaustive()
+    }
+}
+
+impl ImageRows {
+    /// Puts all rows into the image.
+    ///
+    /// # Errors
+    /// A row cannot be had.
+    pub fn fill(&self, desc: &mut SceneDesc) -> Result<(), SceneError> {
+        let Some(image) = desc.images.get_mut(self.image as usize) else { return Ok(()) };
+        let mut next = (self.open)()?;
+        (0..image.height).try_for_each(|_| next(&mut image.texels))
+    }
+}
+
 /// A scene whose meshes come one after the other. After an error nothing more of use comes.
 pub struct SceneStream {
     /// Everything but meshes and instances.
@@ -49,6 +78,8 @@ pub struct SceneStream {
     pub pieces: Pieces,
     /// Triangles of all pieces, each mesh counted once, within 1 %; `None` where nobody knows beforehand.
     pub triangles: Option<u64>,
+    /// Images that have no texels in the description.
+    pub rows: Vec<ImageRows>,
 }
 
 impl fmt::Debug for SceneStream {
@@ -65,6 +96,7 @@ impl SceneStream {
     /// The first error of the pieces.
     pub fn collect(self) -> Result<SceneDesc, SceneError> {
         let mut desc = self.desc;
+        self.rows.iter().try_for_each(|rows| rows.fill(&mut desc))?;
         for piece in self.pieces {
             let Piece { mesh, instances } = piece?;
             let number = desc.meshes.len() as u32;
@@ -98,7 +130,7 @@ impl From<SceneDesc> for SceneStream {
             let place = |i: &Instance| PieceInstance { world_from_object: i.world_from_object, name: i.name };
             Ok(Piece { mesh, instances: placed.map(place).collect() })
         });
-        Self { desc, pieces: Box::new(pieces.chain(stray)), triangles: Some(triangles) }
+        Self { desc, pieces: Box::new(pieces.chain(stray)), triangles: Some(triangles), rows: Vec::new() }
     }
 }
 

@@ -21,6 +21,9 @@ pub(crate) struct Generate {
     /// Triangles, for scenes whose size can be chosen
     #[arg(long, value_name = "N")]
     triangles: Option<u64>,
+    /// Bytes of texture, for scenes that can be asked for them (8GiB, 512MiB)
+    #[arg(long, value_name = "SIZE", value_parser = vastlight::parse_bytes)]
+    texture_bytes: Option<u64>,
     /// Another seed is another scene of the kind
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
@@ -34,7 +37,11 @@ pub(crate) fn run(arguments: &Generate, common: &Common) -> Result<Exit, Error> 
         return Err(Error::usage("unknown kind of scene file", place, hint));
     }
     check_writable(&arguments.output)?;
-    let options = GenerateOptions { triangles: arguments.triangles, seed: arguments.seed };
+    let options = GenerateOptions {
+        triangles: arguments.triangles,
+        texture_bytes: arguments.texture_bytes,
+        seed: arguments.seed,
+    };
     let make = || generate::stream(&arguments.kind, &options);
     make()?;
     let written = export::write_stream(&make, &arguments.output).map_err(|e| write_error(&e))?;

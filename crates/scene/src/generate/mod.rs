@@ -21,6 +21,7 @@ mod solids;
 mod statue;
 mod still_life;
 mod terrain;
+mod textured_hall;
 mod textures;
 mod tree;
 mod tube;
@@ -32,6 +33,8 @@ use crate::{SceneDesc, SceneError, SceneStream};
 pub struct GenerateOptions {
     /// Triangles wanted, all instances counted; `None` for the demo's own size. Met within 1 %.
     pub triangles: Option<u64>,
+    /// Bytes of texture wanted, for demos that can be asked for them; `None` for the demo's own size.
+    pub texture_bytes: Option<u64>,
     /// Chance: the same seed gives the same scene, bit by bit.
     pub seed: u64,
 }
@@ -86,6 +89,7 @@ const DEMOS: &[Demo] = &[
         sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
         make: Make::Pieces(terrain::terrain),
     },
+    Demo { name: "textured-hall", sizes: None, make: Make::Pieces(textured_hall::textured_hall) },
 ];
 
 /// The names that [`by_name`] knows, in alphabetical order.

@@ -44,7 +44,7 @@ pub(super) fn terrain(options: &GenerateOptions) -> SceneStream {
         let mesh = grid.tile(part(grid.columns, tiles[0], across), part(grid.rows, tiles[1], along));
         Ok(Piece::placed(mesh, 0))
     });
-    SceneStream { desc: b.desc, pieces, triangles: Some(grid.triangles()) }
+    SceneStream { desc: b.desc, pieces, triangles: Some(grid.triangles()), rows: Vec::new() }
 }
 
 /// Stands above a slope at the near edge and looks over the valley.
@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn tiles_cover_the_grid_once() {
         let triangles = 3 * 600 * 600 * 2;
-        let options = GenerateOptions { triangles: Some(triangles), seed: 1 };
+        let options = GenerateOptions { triangles: Some(triangles), seed: 1, ..GenerateOptions::default() };
         let stream = terrain(&options);
         let expected = stream.triangles.expect("known");
         let (mut made, mut area) = (0, 0.0);

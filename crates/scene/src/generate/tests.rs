@@ -16,7 +16,7 @@ fn small(name: &str, seed: u64) -> SceneDesc {
         .find(|d| d.name == name)
         .and_then(|d| d.sizes.as_ref())
         .map(|s| s.least.max(20_000).min(s.most));
-    by_name(name, &GenerateOptions { triangles, seed }).expect("a demo")
+    by_name(name, &GenerateOptions { triangles, seed, ..GenerateOptions::default() }).expect("a demo")
 }
 
 fn instanced_triangles(desc: &SceneDesc) -> u64 {
@@ -88,7 +88,7 @@ fn the_triangle_count_is_met() {
         for wanted in
             [sizes.least, sizes.least * 3 / 2 + 123, 300_001].into_iter().filter(|&n| n >= sizes.least)
         {
-            let options = GenerateOptions { triangles: Some(wanted), seed: 0 };
+            let options = GenerateOptions { triangles: Some(wanted), seed: 0, ..GenerateOptions::default() };
             let made = instanced_triangles(&by_name(demo.name, &options).expect("in range"));
             assert!(made.abs_diff(wanted) * 100 <= wanted, "{}: {made} for {wanted}", demo.name);
         }
@@ -99,7 +99,7 @@ fn the_triangle_count_is_met() {
 fn unknown_names_and_sizes_are_refused_clearly() {
     let error = by_name("nonsense", &GenerateOptions::default()).expect_err("no such demo");
     assert!(error.to_string().contains("cornell"), "{error}");
-    let options = GenerateOptions { triangles: Some(5), seed: 0 };
+    let options = GenerateOptions { triangles: Some(5), seed: 0, ..GenerateOptions::default() };
     assert!(by_name("cornell", &options).expect_err("fixed").to_string().contains("fixed"));
     assert!(by_name("caustic-sphere", &options).expect_err("range").to_string().contains("1000"));
 }

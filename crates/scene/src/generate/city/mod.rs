@@ -47,7 +47,7 @@ pub(super) fn city(options: &GenerateOptions) -> SceneStream {
         let pieces = placed.into_iter().zip(meshes.by_ref());
         pieces.map(|(instances, mesh)| Ok(Piece { mesh, instances })).collect::<Vec<_>>()
     });
-    SceneStream { desc, pieces: Box::new(pieces), triangles: Some(unique) }
+    SceneStream { desc, pieces: Box::new(pieces), triangles: Some(unique), rows: Vec::new() }
 }
 
 /// Runs of meshes with at most [`AT_A_TIME`] placements, or of one mesh.
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_million_instances_share_few_meshes() {
-        let options = GenerateOptions { triangles: Some(240_000_000), seed: 2 };
+        let options = GenerateOptions { triangles: Some(240_000_000), seed: 2, ..GenerateOptions::default() };
         let (mut meshes, mut instances, mut triangles) = (0_usize, 0_usize, 0);
         let mut places = BTreeSet::new();
         for piece in city(&options).pieces {

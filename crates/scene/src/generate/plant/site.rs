@@ -162,7 +162,7 @@ mod tests {
     }
 
     fn some_units(count: usize) -> Vec<Mesh> {
-        let options = GenerateOptions { triangles: None, seed: 3 };
+        let options = GenerateOptions { triangles: None, seed: 3, ..GenerateOptions::default() };
         let stream = site(300_000_000, &options);
         stream.pieces.skip(2).take(count).map(|p| p.expect("made").mesh).collect()
     }
