@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 /// What a store starts with.
 pub const MAGIC: [u8; 8] = *b"vastlite";
 /// The version of the format that this code reads and writes.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 /// Bytes before the first page.
 pub const HEADER_BYTES: u64 = 4096;
 /// Pages start at multiples of this.
@@ -67,11 +67,15 @@ pub enum Section {
     FirstTriangles = 8,
     /// [`InstanceRow`] of each instance.
     Instances = 9,
+    /// [`TextureRow`] of each image whose texels are in tiles.
+    Textures = 10,
+    /// [`EntryRow`] of each tile.
+    Tiles = 11,
 }
 
 impl Section {
     /// All of them, by number.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Scene,
         Self::Meshes,
         Self::Nodes,
@@ -81,6 +85,8 @@ impl Section {
         Self::AttributesOfPage,
         Self::FirstTriangles,
         Self::Instances,
+        Self::Textures,
+        Self::Tiles,
     ];
 
     /// What to call it in a message.
@@ -96,6 +102,8 @@ impl Section {
             Self::AttributesOfPage => "attribute index",
             Self::FirstTriangles => "attribute places",
             Self::Instances => "instances",
+            Self::Textures => "textures",
+            Self::Tiles => "tile directory",
         }
     }
 }
@@ -160,6 +168,20 @@ pub struct InstanceRow {
     pub name: u32,
 }
 
+/// An image whose texels are in tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct TextureRow {
+    /// Number of the image.
+    pub image: u32,
+    /// Number of a `vastlight_scene::Content`.
+    pub content: u32,
+    /// Edge of a tile in texels, as a power of two.
+    pub edge: u32,
+    /// The first of its tiles.
+    pub first_page: u32,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,10 +196,11 @@ mod tests {
             size_of::<MeshRow>(),
             size_of::<EntryRow>(),
             size_of::<InstanceRow>(),
+            size_of::<TextureRow>(),
             size_of::<Node8>(),
             size_of::<PageRoot>(),
             size_of::<PackedNode>(),
         ];
-        assert_eq!(found, [40, 24, 104, 16, 56, 256, 32, 92]);
+        assert_eq!(found, [40, 24, 104, 16, 56, 16, 256, 32, 92]);
     }
 }

@@ -1,6 +1,6 @@
 //! Scenes on disk, to be traced page by page.
 //!
-//! A store holds a scene ready for rays: pages of geometry and of attributes, which come and go, and all the rest,
+//! A store holds a scene ready for rays: pages of geometry and of attributes and tiles of textures, which come and go, and all the rest,
 //! which is read when it is opened. [`StoreWriter`] writes one mesh by mesh, [`Store`] opens it. The bytes are drawn in
 //! docs/store-format.md.
 
@@ -9,6 +9,8 @@ mod error;
 pub mod format;
 mod pack;
 mod read;
+mod tiler;
+mod tiles;
 mod write;
 
 pub use attributes::{
@@ -17,4 +19,5 @@ pub use attributes::{
 pub use error::StoreError;
 pub use pack::{PackConfig, PackedMesh, PageStrategy};
 pub use read::{MOST_PAGE_BYTES, Store};
+pub use tiles::{Level, StoredTexture, TILE_BYTES, TileGrid, is_worth_tiles};
 pub use write::{StoreSize, StoreWriter};

@@ -2,6 +2,7 @@
 
 use crate::attributes::{AttributeLayout, PackedAttributes};
 use crate::error::StoreError;
+use crate::tiles::TILE_BYTES;
 use rayon::prelude::*;
 use vastlight_accel::compact::{BlockSizes, CompactMesh, PackedPage};
 use vastlight_accel::wide::{MeshBvh, MeshView};
@@ -47,6 +48,8 @@ pub struct PackConfig {
     /// Most references to triangles, as a multiple of the triangles; none for what the builder thinks best. More make rays
     /// faster among long thin triangles, and the store larger.
     pub split_budget: Option<f32>,
+    /// Most bytes of a tile of a texture.
+    pub tile_bytes: usize,
 }
 
 impl Default for PackConfig {
@@ -56,6 +59,7 @@ impl Default for PackConfig {
             strategy: PageStrategy::default(),
             page_bytes: CompactMesh::SLOT,
             split_budget: Some(1.0),
+            tile_bytes: TILE_BYTES,
         }
     }
 }

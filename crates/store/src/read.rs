@@ -3,9 +3,10 @@
 use crate::attributes::{AttributeIndex, AttributeLayout};
 use crate::error::StoreError;
 use crate::format::{
-    EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, Section, SectionRow, VERSION,
+    EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, Section, SectionRow, TextureRow, VERSION,
 };
 use crate::pack::PageStrategy;
+use crate::tiles::{StoredTexture, TileGrid};
 use crate::write::header_crc32;
 use bytemuck::{Pod, Zeroable, pod_collect_to_vec};
 use std::sync::Arc;
@@ -13,7 +14,7 @@ use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
 use vastlight_accel::wide::{ChildRef, Node8};
 use vastlight_math::{Aabb, Affine3, Vec3};
 use vastlight_paging::{Directory, PageEntry, Source};
-use vastlight_scene::{Instance, MeshExtent, SceneDesc};
+use vastlight_scene::{Content, Image, Instance, MeshExtent, SceneDesc};
 
 /// Most levels of a tree that is believed.
 const MOST_LEVELS: u32 = 512;
@@ -41,6 +42,10 @@ pub struct Store {
     pub attributes: Directory,
     /// Where the attributes of a triangle are.
     pub index: AttributeIndex,
+    /// Images whose texels are in tiles; in `desc` they have none.
+    pub textures: Vec<StoredTexture>,
+    /// Where tiles are.
+    pub tiles: Directory,
 }
 
 impl Store {
@@ -64,12 +69,26 @@ impl Store {
         if rows.len() != desc.meshes.len() {
             return Err(file.damaged(Section::Scene, "has other meshes"));
         }
+        let tiles = file.directory(Section::Tiles)?;
+        let textures = file.textures(&desc.images, tiles.pages())?;
         let extents = rows.iter().map(extent).collect();
         let layouts = rows.iter().map(|row| AttributeLayout(row.attributes)).collect();
         drop(file);
         let blocks = rows.iter().any(|row| row.strategy == PageStrategy::Blocks as u32);
         let strategy = if blocks { PageStrategy::Blocks } else { PageStrategy::Treelets };
-        Ok(Self { source, desc, extents, meshes, layouts, strategy, geometry, attributes, index })
+        Ok(Self {
+            source,
+            desc,
+            extents,
+            meshes,
+            layouts,
+            strategy,
+            geometry,
+            attributes,
+            index,
+            textures,
+            tiles,
+        })
     }
 }
 
@@ -188,6 +207,24 @@ impl<'s> StoreFile<'s> {
         }
         Ok(AttributeIndex { first, first_triangles })
     }
+
+    fn textures(&self, images: &[Image], tiles: usize) -> Result<Vec<StoredTexture>, StoreError> {
+        let rows: Vec<TextureRow> = self.rows(Section::Textures)?;
+        let texture = |(number, row): (usize, &TextureRow)| {
+            stored_texture(row, images, tiles)
+                .ok_or_else(|| self.damaged(Section::Textures, &format!("texture {number} leads nowhere")))
+        };
+        rows.iter().enumerate().map(texture).collect()
+    }
+}
+
+/// An image in tiles; none where it leads out of the tables.
+fn stored_texture(row: &TextureRow, images: &[Image], tiles: usize) -> Option<StoredTexture> {
+    let image = images.get(row.image as usize)?;
+    let grid = TileGrid::new(image.width, image.height, row.edge, row.first_page)?;
+    let end = grid.first_page().checked_add(grid.pages())?;
+    let content = Content::from_number(row.content).filter(|_| end as usize <= tiles)?;
+    Some(StoredTexture { image: row.image, content, grid: Arc::new(grid) })
 }
 
 /// The tree above a mesh's pages; none where it leads out of the tables, or back.

@@ -2,9 +2,12 @@
 
 use crate::error::StoreError;
 use crate::format::{
-    EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow, VERSION,
+    EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow,
+    TextureRow, VERSION,
 };
 use crate::pack::PackedMesh;
+use crate::tiler::Tiler;
+use crate::tiles::TileGrid;
 use bytemuck::bytes_of;
 use serde::Serialize;
 use std::io::{BufWriter, Seek, SeekFrom, Write};
@@ -12,7 +15,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 use vastlight_accel::compact::PageRoot;
 use vastlight_accel::wide::{ChildRef, Node8};
-use vastlight_scene::{Instance, MeshExtent, Scene, SceneDesc};
+use vastlight_scene::{Content, Image, Instance, MeshExtent, Scene, SceneDesc, Texels};
 
 /// A store in the making. Nothing is to be seen under its name before it is finished.
 #[derive(Debug)]
@@ -28,6 +31,8 @@ pub struct StoreWriter {
     attributes_of_page: Vec<u32>,
     first_triangles: Vec<u16>,
     extents: Vec<MeshExtent>,
+    textures: Vec<TextureRow>,
+    tiles: Vec<EntryRow>,
 }
 
 /// What a store came to, in bytes.
@@ -39,6 +44,8 @@ pub struct StoreSize {
     pub geometry: u64,
     /// Pages of attributes.
     pub attributes: u64,
+    /// Tiles of textures.
+    pub tiles: u64,
     /// All that is in memory as long as the store is open.
     pub resident: u64,
     /// Number of pages of geometry.
@@ -68,6 +75,8 @@ impl StoreWriter {
             attributes_of_page: Vec::new(),
             first_triangles: Vec::new(),
             extents: Vec::new(),
+            textures: Vec::new(),
+            tiles: Vec::new(),
         };
         writer.put(&[0; HEADER_BYTES as usize])?;
         Ok(writer)
@@ -113,6 +122,39 @@ impl StoreWriter {
         Ok(())
     }
 
+    /// Adds the pyramid of an image that comes row by row; the image's own texels do not matter, what they are does. Its texels
+    /// need not be in the scene that [`finish`](Self::finish) gets. False, and nothing is added, for an image that is too large for page numbers.
+    ///
+    /// # Errors
+    /// If the file cannot be written, or `next_row` fails.
+    pub fn add_texture<E: From<StoreError>>(
+        &mut self,
+        (number, image): (u32, &Image),
+        content: Content,
+        tile_bytes: usize,
+        mut next_row: impl FnMut(&mut Texels) -> Result<(), E>,
+    ) -> Result<bool, E> {
+        let Image { width, height, channels, texels: kind, .. } = image;
+        let (edge, first_page) = (TileGrid::edge_of(tile_bytes, *channels, kind), self.tiles.len() as u32);
+        let Some(grid) = TileGrid::new(*width, *height, edge, first_page) else { return Ok(false) };
+        let nothing = EntryRow { offset: 0, bytes: 0, crc32: 0 };
+        self.tiles.resize(self.tiles.len() + grid.pages() as usize, nothing);
+        let mut tiler = Tiler::new(grid, *channels, kind, content);
+        let mut row = kind.none_like();
+        for _ in 0..*height {
+            row.clear();
+            next_row(&mut row)?;
+            tiler.push(&row, |page, bytes| {
+                self.tiles[page as usize] = self.put_page(bytes)?;
+                Ok::<(), StoreError>(())
+            })?;
+        }
+        let (page, bytes) = tiler.last();
+        self.tiles[page as usize] = self.put_page(bytes)?;
+        self.textures.push(TextureRow { image: number, content: content as u32, edge, first_page });
+        Ok(true)
+    }
+
     /// Sizes of the meshes so far.
     #[must_use]
     pub fn extents(&self) -> &[MeshExtent] {
@@ -125,13 +167,13 @@ impl StoreWriter {
     /// # Errors
     /// If the file cannot be written.
     pub fn finish(mut self, scene: &Scene) -> Result<StoreSize, StoreError> {
-        let pages = self.offset - HEADER_BYTES;
         self.attributes_of_page.push(self.attributes.len() as u32);
         let instances: Vec<InstanceRow> = scene.instances().iter().map(instance_row).collect();
         let described = self.describe(scene)?;
         let mut rows = Vec::new();
         let (meshes, nodes, roots) = (take(&mut self.meshes), take(&mut self.nodes), take(&mut self.roots));
         let (geometry, attributes) = (take(&mut self.geometry), take(&mut self.attributes));
+        let (textures, tiles) = (take(&mut self.textures), take(&mut self.tiles));
         let (of_page, firsts) = (take(&mut self.attributes_of_page), take(&mut self.first_triangles));
         rows.push(self.put_section(Section::Scene, &described)?);
         rows.push(self.put_section(Section::Meshes, bytemuck::cast_slice(&meshes))?);
@@ -142,13 +184,16 @@ impl StoreWriter {
         rows.push(self.put_section(Section::AttributesOfPage, bytemuck::cast_slice(&of_page))?);
         rows.push(self.put_section(Section::FirstTriangles, bytemuck::cast_slice(&firsts))?);
         rows.push(self.put_section(Section::Instances, bytemuck::cast_slice(&instances))?);
+        rows.push(self.put_section(Section::Textures, bytemuck::cast_slice(&textures))?);
+        rows.push(self.put_section(Section::Tiles, bytemuck::cast_slice(&tiles))?);
         let resident = rows.iter().map(|row| row.bytes).sum();
-        let in_geometry: u64 = geometry.iter().map(|page| u64::from(page.bytes)).sum();
+        let in_pages = |pages: &[EntryRow]| pages.iter().map(|page| u64::from(page.bytes)).sum::<u64>();
         self.finish_file(&rows)?;
         Ok(StoreSize {
             file: self.offset,
-            geometry: in_geometry,
-            attributes: pages.saturating_sub(in_geometry),
+            geometry: in_pages(&geometry),
+            attributes: in_pages(&attributes),
+            tiles: in_pages(&tiles),
             resident,
             pages: geometry.len() as u64,
             triangles: self.extents.iter().map(|extent| extent.triangles).sum(),

@@ -31,13 +31,13 @@ impl Shade for AmbientOcclusion {
 
 impl AmbientOcclusion {
     fn shade_one(&self, at: ShadeInput<'_>, path: &PathState, shadows: &mut ShadowQueue) {
-        let ShadeInput { context, depth, ray, hit, corners, sample } = at;
+        let ShadeInput { context, depth, ray, hit, page, sample } = at;
         if !hit.is_hit() {
             sample.radiance = Vec3::ONE;
             return;
         }
         let (mut own_material, mut own_bsdf) = (None, None);
-        let vertex = Vertex::new(context, &ray, &hit, corners, &mut own_material);
+        let vertex = Vertex::new(context, (&ray, path.cone), &hit, page, &mut own_material);
         vertex.describe(context, vertex.bsdf(context, path, &mut own_bsdf), &ray, &hit, sample);
         let u = path.sampler.at_dimension(CAMERA_DIMENSIONS).next_2d();
         let direction = Frame::from_z(vertex.facing_normal()).to_outer(warp::cosine_hemisphere(u));

@@ -1,5 +1,6 @@
 //! Camera rays: thin-lens perspective (Kolb, Mitchell, Hanrahan 1995, the thin-lens model) and orthographic.
 
+use crate::cone::{Cone, PIXEL_PART};
 use crate::pixel_filter::FilterSampler;
 use crate::settings::RenderSettings;
 use vastlight_math::{Affine3, FAR, Ray, Sampler, Vec2, Vec3, real, warp};
@@ -81,6 +82,16 @@ impl CameraRays {
             direction: self.world_from_camera.transform_vector3(direction).normalize_or(self.axis),
             t_max: FAR,
             time: random.time,
+        }
+    }
+
+    /// The cone of every ray.
+    #[inline]
+    pub(crate) fn cone(&self) -> Cone {
+        let size = self.scale.x.abs().max(self.scale.y.abs()) * PIXEL_PART;
+        match self.projection {
+            Projection::Perspective { .. } => Cone { width: 0.0, spread: size },
+            Projection::Orthographic { .. } => Cone { width: size, spread: 0.0 },
         }
     }
 

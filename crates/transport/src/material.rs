@@ -1,9 +1,10 @@
 //! From a scene's materials and a point's attributes to the numbers that the scattering needs.
 
 use crate::bsdf::{Bsdf, BsdfParams, Metal};
-use crate::texture::PreparedTexture;
+use crate::texture::{PreparedTexture, TileAccess};
 use vastlight_math::{Frame, Vec2, Vec3, Vec4, real};
 use vastlight_scene::{AlphaMode, Channel, ColorInput, Material, NormalMap, ScalarInput, Scene};
+use vastlight_store::StoredTexture;
 
 /// Texture coordinate sets that a shading point carries.
 pub const UV_SETS: usize = 4;
@@ -15,11 +16,13 @@ pub struct ShadingPoint {
     pub uvs: [Vec2; UV_SETS],
     /// Linear vertex colour; white where the mesh has none.
     pub color: Vec4,
+    /// The area around the point, in units of the texture coordinates by set, that a lookup stands for: 0 for the point alone.
+    pub areas: [f32; UV_SETS],
 }
 
 impl Default for ShadingPoint {
     fn default() -> Self {
-        Self { uvs: [Vec2::ZERO; UV_SETS], color: Vec4::ONE }
+        Self { uvs: [Vec2::ZERO; UV_SETS], color: Vec4::ONE, areas: [0.0; UV_SETS] }
     }
 }
 
@@ -82,24 +85,59 @@ struct Row<'s> {
     plain: Evaluated,
     bsdf: Bsdf,
     textured: bool,
+    /// All lookups are exact.
+    exact: bool,
     uv_sets: usize,
+    /// The most tiles that an evaluation needs.
+    most_tiles: usize,
 }
+
+/// Tiles that a lookup touches at most: of two levels, four each.
+const TILES_OF_LOOKUP: usize = 8;
 
 impl<'s> MaterialTable<'s> {
     /// Prepares the scene's materials and textures.
     #[must_use]
     pub fn new(scene: &'s Scene) -> Self {
-        let textures = PreparedTexture::all(scene);
+        Self::with_tiles(scene, &[])
+    }
+
+    /// The same for a scene of which some images are in tiles.
+    #[must_use]
+    pub fn with_tiles(scene: &'s Scene, stored: &[StoredTexture]) -> Self {
+        let textures = PreparedTexture::all(scene, stored);
         let rows = scene.materials().iter().map(|m| Row::new(m, &textures)).collect();
         Self { textures, rows }
     }
 
-    /// The material at a point. `material` must be an index into the scene's materials.
+    /// The material at a point. `material` must be an index into the scene's materials. For materials that are
+    /// [in tiles](Self::is_in_tiles) it takes [`evaluate_through`](Self::evaluate_through).
     #[must_use]
     pub fn evaluate(&self, material: u32, point: &ShadingPoint) -> Evaluated {
+        self.evaluate_with(material, point, None)
+    }
+
+    /// The material at a point, with textures in tiles.
+    #[must_use]
+    pub fn evaluate_through(
+        &self,
+        tiles: &mut TileAccess<'_>,
+        material: u32,
+        point: &ShadingPoint,
+    ) -> Evaluated {
+        self.evaluate_with(material, point, Some(tiles))
+    }
+
+    #[inline(always)]
+    fn evaluate_with(
+        &self,
+        material: u32,
+        point: &ShadingPoint,
+        tiles: Option<&mut TileAccess<'_>>,
+    ) -> Evaluated {
         let row = &self.rows[material as usize];
         let mut out = row.plain;
-        let mut lookups = self.lookups(point);
+        let mut lookups = Lookups { tiles, ..self.lookups(point, row.exact) };
         out.alpha = lookups.alpha(row.material);
         if row.textured {
             lookups.apply(row.material, &mut out);
@@ -124,14 +162,14 @@ impl<'s> MaterialTable<'s> {
     /// Coverage at a point: 1 for an opaque surface, 0 or 1 for a masked one.
     #[must_use]
     pub fn alpha(&self, material: u32, point: &ShadingPoint) -> f32 {
-        self.lookups(point).alpha(self.rows[material as usize].material)
+        self.lookups(point, true).alpha(self.rows[material as usize].material)
     }
 
     /// Emitted radiance at a point, W/(sr m^2), without the rest of the material. Zero for unlit materials.
     #[must_use]
     pub fn emission(&self, material: u32, point: &ShadingPoint) -> Vec3 {
         let m = self.rows[material as usize].material;
-        if m.unlit { Vec3::ZERO } else { self.lookups(point).color(&m.emission) }
+        if m.unlit { Vec3::ZERO } else { self.lookups(point, true).color(&m.emission) }
     }
 
     /// Absorption coefficient of the material's inside, 1/metre; zero for none.
@@ -149,9 +187,20 @@ impl<'s> MaterialTable<'s> {
     /// Whether the material may be a smooth thin wall somewhere, which shadow rays pass.
     #[must_use]
     pub fn may_be_pane(&self, material: u32) -> bool {
-        let m = self.rows[material as usize].material;
-        let smooth = m.roughness.factor < 0.1 || m.roughness.texture.is_some();
-        m.thickness <= 0.0 && m.transmission.factor > 0.0 && m.metallic.factor < 1.0 && smooth
+        self.rows[material as usize].material.may_be_pane()
+    }
+
+    /// Whether textures of the material are in tiles.
+    #[inline]
+    #[must_use]
+    pub fn is_in_tiles(&self, material: u32) -> bool {
+        self.rows[material as usize].most_tiles > 0
+    }
+
+    /// The most tiles that the evaluation of a material at a point needs; 0 where no material is in tiles.
+    #[must_use]
+    pub fn most_tiles(&self) -> usize {
+        self.rows.iter().map(|row| row.most_tiles).max().unwrap_or(0)
     }
 
     /// Whether the back emits like the front.
@@ -173,31 +222,41 @@ impl<'s> MaterialTable<'s> {
         m.normal_map.is_some() || m.clearcoat_normal_map.is_some() || m.anisotropy != 0.0
     }
 
-    fn lookups<'a>(&'a self, point: &'a ShadingPoint) -> Lookups<'a> {
-        Lookups { textures: &self.textures, point, last: None }
+    fn lookups<'a>(&'a self, point: &'a ShadingPoint, exact: bool) -> Lookups<'a, 'a> {
+        Lookups { textures: &self.textures, point, last: None, exact, tiles: None }
     }
 }
 
 /// Looks inputs up at one point. Neighbouring inputs often share a texture (roughness and metallic, colour and alpha):
 /// the last value is kept.
-struct Lookups<'a> {
+struct Lookups<'a, 't> {
     textures: &'a [PreparedTexture<'a>],
     point: &'a ShadingPoint,
-    last: Option<(u32, Vec4)>,
+    /// Texture, bits of the area, value.
+    last: Option<(u32, u32, Vec4)>,
+    /// Whether lookups are for the point alone: where hits or light depend on them (`Material::looks_up_exactly`).
+    exact: bool,
+    /// Where textures that are not in memory are looked up.
+    tiles: Option<&'a mut TileAccess<'t>>,
 }
 
-impl Lookups<'_> {
+impl Lookups<'_, '_> {
     /// A texture's value; white for an index that is not there.
     fn texture(&mut self, index: u32) -> Vec4 {
-        if let Some((last, value)) = self.last
-            && last == index
+        let Some(texture) = self.textures.get(index as usize) else { return Vec4::ONE };
+        let set = texture.uv_set() as usize;
+        let area = if self.exact { 0.0 } else { self.point.areas.get(set).copied().unwrap_or_default() };
+        if let Some((last, last_area, value)) = self.last
+            && (last, last_area) == (index, area.to_bits())
         {
             return value;
         }
-        let Some(texture) = self.textures.get(index as usize) else { return Vec4::ONE };
-        let uv = self.point.uvs.get(texture.uv_set() as usize).copied().unwrap_or_default();
-        let value = texture.lookup(uv);
-        self.last = Some((index, value));
+        let uv = self.point.uvs.get(set).copied().unwrap_or_default();
+        let value = match &mut self.tiles {
+            Some(tiles) => texture.lookup_through(tiles, uv, area),
+            None => texture.lookup_area(uv, area),
+        };
+        self.last = Some((index, area.to_bits(), value));
         value
     }
 
@@ -224,7 +283,9 @@ impl Lookups<'_> {
         if m.alpha_mode == AlphaMode::Opaque {
             return 1.0;
         }
+        let exact = std::mem::replace(&mut self.exact, true);
         let alpha = self.scalar(&m.alpha) * self.point.color.w;
+        self.exact = exact;
         match m.alpha_mode {
             AlphaMode::Mask(cutoff) if alpha >= cutoff => 1.0,
             AlphaMode::Mask(_) => 0.0,
@@ -260,25 +321,31 @@ impl Lookups<'_> {
             p.anisotropy = m.anisotropy * texel.z;
             p.anisotropy_direction = p.anisotropy_direction.rotate(d.normalize_or(Vec2::X));
         }
-        out.emission = self.color(&m.emission);
         out.normal = m.normal_map.as_ref().and_then(|map| self.normal(map));
         out.clearcoat_normal = m.clearcoat_normal_map.as_ref().and_then(|map| self.normal(map));
+        self.exact = true;
+        out.emission = self.color(&m.emission);
     }
 }
 
 impl<'s> Row<'s> {
     fn new(m: &'s Material, textures: &[PreparedTexture<'s>]) -> Self {
-        let used = textures_of(m);
+        let used = m.textures();
         let uv_sets =
-            used.iter().filter_map(|&i| textures.get(i as usize)).map(|t| t.uv_set() as usize + 1).max();
+            used.iter().filter_map(|&(i, _)| textures.get(i as usize)).map(|t| t.uv_set() as usize + 1).max();
+        let in_tiles = |i: u32| textures.get(i as usize).is_some_and(PreparedTexture::is_in_tiles);
         let mut plain = plain(m);
-        plain.alpha = Lookups { textures: &[], point: &ShadingPoint::default(), last: None }.alpha(m);
+        plain.alpha =
+            Lookups { textures: &[], point: &ShadingPoint::default(), last: None, exact: true, tiles: None }
+                .alpha(m);
         Self {
             material: m,
             bsdf: Bsdf::new(&plain.params),
             plain,
             textured: !used.is_empty(),
+            exact: m.may_be_pane(),
             uv_sets: uv_sets.unwrap_or(0).min(UV_SETS),
+            most_tiles: TILES_OF_LOOKUP * used.iter().filter(|&&(i, _)| in_tiles(i)).count(),
         }
     }
 }
@@ -330,28 +397,6 @@ fn attenuation(m: &Material) -> Vec3 {
     let sigma = |c: f32| -real::ln(c.clamp(1e-6, 1.0)) / m.attenuation_distance;
     let c = m.attenuation_color;
     Vec3::new(sigma(c.x), sigma(c.y), sigma(c.z))
-}
-
-/// Every texture that a material refers to.
-fn textures_of(m: &Material) -> Vec<u32> {
-    let scalars = [
-        &m.alpha,
-        &m.metallic,
-        &m.roughness,
-        &m.specular,
-        &m.transmission,
-        &m.clearcoat,
-        &m.clearcoat_roughness,
-        &m.sheen_roughness,
-        &m.iridescence,
-    ];
-    let colors = [&m.base_color, &m.emission, &m.specular_color, &m.sheen_color];
-    let maps = [&m.normal_map, &m.clearcoat_normal_map];
-    let single = [m.anisotropy_texture, m.iridescence_thickness_texture];
-    let scalars = scalars.iter().filter_map(|s| s.texture.map(|t| t.0));
-    let colors = colors.iter().filter_map(|c| c.texture);
-    let maps = maps.iter().filter_map(|n| n.as_ref().map(|n| n.texture));
-    scalars.chain(colors).chain(maps).chain(single.into_iter().flatten()).collect()
 }
 
 fn select(v: Vec4, channel: Channel) -> f32 {

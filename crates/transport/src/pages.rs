@@ -1,7 +1,13 @@
 //! Scenes whose meshes come page by page: hits, and what their triangles' corners have.
 
+use crate::cone::Cone;
 use crate::corners::PageCorners;
+use crate::material::{Evaluated, MaterialTable, ShadingPoint};
+use crate::surface::{attributes, mesh_of};
+use crate::texture::TileAccess;
 use crate::wavefront::Context;
+use std::collections::HashSet;
+use std::time::{Duration, Instant};
 use vastlight_math::Ray;
 use vastlight_paging::{CacheError, PageError, Table};
 use vastlight_store::{AttributeIndex, AttributeLayout, MOST_FLOATS, read_corners};
@@ -30,6 +36,16 @@ pub enum PagesError {
     /// The caches serve no more batches.
     #[error(transparent)]
     Cache(#[from] CacheError),
+    /// A batch cannot keep the tiles that the evaluation of one material needs.
+    #[error(
+        "{quota} tiles of textures for each batch, and a material needs {needed} (give more memory, or trace with fewer batches)"
+    )]
+    FewTiles {
+        /// What a batch gets.
+        quota: usize,
+        /// What it needs.
+        needed: usize,
+    },
 }
 
 impl Context<'_> {
@@ -56,10 +72,36 @@ impl Context<'_> {
     }
 }
 
+/// What is known of a triangle that was hit in a page.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PageHit<'a> {
+    pub(crate) corners: &'a PageCorners,
+    /// The material there, where its textures are in tiles.
+    pub(crate) evaluated: Option<&'a Evaluated>,
+}
+
+/// What is known of the hits of a stage, by ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PageHits<'a> {
+    corners: &'a [PageCorners],
+    /// Empty where no texture is in tiles.
+    evaluated: &'a [Option<Evaluated>],
+}
+
+impl<'a> PageHits<'a> {
+    #[inline]
+    pub(crate) fn at(&self, ray: usize) -> PageHit<'a> {
+        let evaluated = self.evaluated.get(ray).and_then(Option::as_ref);
+        PageHit { corners: &self.corners[ray], evaluated }
+    }
+}
+
 /// Traces the rays of a wave through pages.
 #[derive(Debug)]
 pub(crate) struct PageWalk {
     pager: CachePager,
+    /// The most tiles that the pager brings at once; at least what any one material needs.
+    tile_quota: usize,
     batch: PagedBatch,
     found: Vec<Found>,
     /// By ray.
@@ -67,30 +109,50 @@ pub(crate) struct PageWalk {
     /// Rays whose attributes are not in memory, and pages of these.
     waiting: Vec<u32>,
     wanted: Vec<u32>,
+    /// Materials by ray, where some are in tiles.
+    evaluated: Vec<Option<Evaluated>>,
+    tile_time: Duration,
 }
 
 impl PageWalk {
-    pub(crate) fn new(pager: CachePager) -> Self {
-        Self {
-            pager,
+    /// A walk through `caches`.
+    ///
+    /// # Errors
+    /// If the caches serve no more batches, or there is no room for the tiles that a material needs.
+    pub(crate) fn new(caches: &Caches, materials: &MaterialTable<'_>) -> Result<Self, PagesError> {
+        let needed = materials.most_tiles();
+        let tile_quota = caches.tiles.as_ref().map_or(0, |tiles| tiles.config().quota());
+        if tile_quota < needed {
+            return Err(PagesError::FewTiles { quota: tile_quota, needed });
+        }
+        Ok(Self {
+            pager: caches.pager()?,
+            tile_quota,
+            evaluated: Vec::new(),
+            tile_time: Duration::ZERO,
             batch: PagedBatch::default(),
             found: Vec::new(),
             corners: Vec::new(),
             waiting: Vec::new(),
             wanted: Vec::new(),
-        }
+        })
     }
 
-    /// By ray of the last call of [`PageWalk::closest`].
-    pub(crate) fn corners(&self) -> &[PageCorners] {
-        &self.corners
+    /// The time that lookups in tiles took since the last call.
+    pub(crate) fn take_tile_time(&mut self) -> Duration {
+        std::mem::take(&mut self.tile_time)
     }
 
-    /// The closest hits, and the corners of the triangles that were hit.
+    /// What is known of the hits of the last call of [`PageWalk::closest`].
+    pub(crate) fn hits(&self) -> PageHits<'_> {
+        PageHits { corners: &self.corners, evaluated: &self.evaluated }
+    }
+
+    /// The closest hits, the corners of the triangles that were hit, and their materials.
     pub(crate) fn closest(
         &mut self,
         context: &Context<'_>,
-        rays: &[Ray],
+        (rays, cone_of): (&[Ray], impl Fn(usize) -> Cone),
         filter: Option<&dyn PagedFilter>,
         hits: &mut [Hit],
     ) -> Result<(), PageError> {
@@ -100,7 +162,11 @@ impl PageWalk {
             hits[i] = *hit;
             found.push(*place);
         })?;
-        self.gather(context, hits)
+        self.gather(context, hits)?;
+        let start = Instant::now();
+        let gathered = self.gather_materials(context, (rays, cone_of), hits);
+        self.tile_time += start.elapsed();
+        gathered
     }
 
     /// Whether rays are blocked.
@@ -156,5 +222,74 @@ impl PageWalk {
         if let Some(at) = first.and_then(|first| wanted.binary_search(&first).ok()) {
             wanted.swap(0, at);
         }
+    }
+
+    /// Evaluates the materials whose textures are in tiles, as far as tiles are in memory, fetches what is missing, and again.
+    ///
+    /// It ends: the first hit that waits asks for all of its tiles before any other, a fetch brings them since the quota is enough for
+    /// any one material, and keeps them until the next; so with every fetch at least that hit is done.
+    fn gather_materials(
+        &mut self,
+        context: &Context<'_>,
+        (rays, cone_of): (&[Ray], impl Fn(usize) -> Cone),
+        hits: &[Hit],
+    ) -> Result<(), PageError> {
+        self.evaluated.clear();
+        let materials = context.materials;
+        if materials.most_tiles() == 0 {
+            return Ok(());
+        }
+        self.evaluated.resize(hits.len(), None);
+        let material_of = |hit: &Hit| mesh_of(context.scene, hit).material_of(hit.prim);
+        let in_tiles =
+            |&i: &u32| hits[i as usize].is_hit() && materials.is_in_tiles(material_of(&hits[i as usize]));
+        self.waiting.clear();
+        self.waiting.extend((0..hits.len() as u32).filter(in_tiles));
+        let evaluate = |i: usize, corners: &PageCorners, access: &mut TileAccess<'_>| {
+            let (hit, ray) = (&hits[i], &rays[i]);
+            let material = material_of(hit);
+            let uv_sets = materials.uv_sets(material);
+            let map = &context.scene.instances()[hit.instance as usize].world_from_object;
+            let areas = cone_of(i).areas((ray, hit.t), map, corners, uv_sets);
+            let point = ShadingPoint { areas, ..attributes(corners, hit, uv_sets) };
+            materials.evaluate_through(access, material, &point)
+        };
+        self.wanted.clear();
+        loop {
+            self.pager.fetch_tiles(&self.wanted)?;
+            self.evaluate_present(&evaluate);
+            if self.waiting.is_empty() {
+                self.pager.rest();
+                return Ok(());
+            }
+        }
+    }
+
+    /// Evaluates what it can, and collects the tiles that are not in memory, no more than a fetch brings.
+    fn evaluate_present(
+        &mut self,
+        evaluate: &impl Fn(usize, &PageCorners, &mut TileAccess<'_>) -> Evaluated,
+    ) {
+        let Self { pager, corners, waiting, wanted, evaluated, tile_quota, .. } = self;
+        wanted.clear();
+        let (table, mut touched, mut asked) = (pager.tiles(), Vec::new(), HashSet::new());
+        waiting.retain(|&i| {
+            let i = i as usize;
+            if wanted.len() >= *tile_quota {
+                return true;
+            }
+            let mut access = TileAccess::new(&table, &mut touched);
+            let found = evaluate(i, &corners[i], &mut access);
+            if access.is_missing() {
+                // Of the first all, so that they stay; of others what is missing.
+                let first = wanted.is_empty();
+                let wants = |tile: &u32| (first || table.page(*tile).is_none()) && asked.insert(*tile);
+                wanted.extend(touched.iter().copied().filter(wants));
+                return true;
+            }
+            touched.iter().for_each(|&tile| pager.uses_tile(tile));
+            evaluated[i] = Some(found);
+            false
+        });
     }
 }

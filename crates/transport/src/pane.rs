@@ -8,7 +8,9 @@
 //! channels, which does not depend on the order in which the tracer finds the panes, nor on how often.
 
 use crate::alpha::AlphaFilter;
+use crate::cone::Cone;
 use crate::corners::{MeshCorners, PageCorners};
+use crate::pages::PageHit;
 use crate::surface::mesh_of;
 use crate::veil::Veils;
 use crate::vertex::Vertex;
@@ -34,8 +36,11 @@ pub(crate) struct ShadowFilter<'a> {
 impl ShadowFilter<'_> {
     /// The channels that the pane at a hit blocks.
     fn blocks(&self, ray: usize, hit: &Hit, corners: Option<&PageCorners>) -> u8 {
+        // The textures of panes are in memory.
+        let page = corners.map(|corners| PageHit { corners, evaluated: None });
         let (mut own_material, mut own_bsdf) = (None, None);
-        let vertex = Vertex::new(self.alpha.context, &self.rays[ray], hit, corners, &mut own_material);
+        let vertex =
+            Vertex::new(self.alpha.context, (&self.rays[ray], Cone::RAY), hit, page, &mut own_material);
         let bsdf = vertex.bsdf_alone(&mut own_bsdf);
         let passed = bsdf.straight(vertex.frame.to_local(vertex.wo));
         // Another number than the one that decides about alpha.

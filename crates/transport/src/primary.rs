@@ -20,13 +20,13 @@ impl Shade for Primary {
 }
 
 fn shade(at: ShadeInput<'_>, path: &PathState) {
-    let ShadeInput { context, ray, hit, corners, sample, .. } = at;
+    let ShadeInput { context, ray, hit, page, sample, .. } = at;
     if !hit.is_hit() {
         sample.radiance = Vec3::splat(0.35 + 0.25 * ray.direction.y.clamp(-1.0, 1.0));
         return;
     }
     let (mut own_material, mut own_bsdf) = (None, None);
-    let vertex = Vertex::new(context, &ray, &hit, corners, &mut own_material);
+    let vertex = Vertex::new(context, (&ray, path.cone), &hit, page, &mut own_material);
     let bsdf = vertex.bsdf(context, path, &mut own_bsdf);
     vertex.describe(context, bsdf, &ray, &hit, sample);
     let facing = vertex.facing_normal().dot(vertex.wo).max(0.0);

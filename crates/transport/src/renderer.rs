@@ -116,7 +116,7 @@ impl<'a> Renderer<'a> {
 
     fn walk(&self) -> Result<Option<PageWalk>, PagesError> {
         Ok(match self.pages {
-            Some(pages) => Some(PageWalk::new(pages.caches.pager()?)),
+            Some(pages) => Some(PageWalk::new(pages.caches, self.materials)?),
             None => None,
         })
     }

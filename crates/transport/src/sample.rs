@@ -73,6 +73,8 @@ pub struct RenderStats {
     pub rays: u64,
     /// Occlusion rays.
     pub shadow_rays: u64,
+    /// Nanoseconds of lookups in textures in tiles, all threads together, with the time that they waited for tiles.
+    pub tile_ns: u64,
 }
 
 impl std::ops::AddAssign for RenderStats {
@@ -81,5 +83,6 @@ impl std::ops::AddAssign for RenderStats {
         self.non_finite += other.non_finite;
         self.rays += other.rays;
         self.shadow_rays += other.shadow_rays;
+        self.tile_ns += other.tile_ns;
     }
 }

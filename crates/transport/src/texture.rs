@@ -1,54 +1,75 @@
-//! Point lookups in textures: wrap modes, nearest and bilinear filtering, decoding texel by texel.
+//! Lookups in textures: wrap modes, nearest and bilinear filtering, trilinear between the levels of a pyramid.
 //!
 //! Texels stay in the scene's images as they were stored (8 or 16 bits, or floats) and are decoded when they are read.
-//! There are no mipmaps: the path tracer averages many lookups a pixel instead.
 
-use std::sync::LazyLock;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 use vastlight_math::{Vec2, Vec4, real};
-use vastlight_scene::{Encoding, Filter, Image, Scene, Texels, Texture, Wrap};
-
-/// sRGB-encoded bytes as linear numbers.
-static LINEAR_FROM_SRGB: LazyLock<[f32; 256]> =
-    LazyLock::new(|| std::array::from_fn(|i| linear_from_srgb(i as f32 / 255.0)));
-
-/// The transfer function of IEC 61966-2-1.
-fn linear_from_srgb(x: f32) -> f32 {
-    if x <= 0.04045 { x / 12.92 } else { real::pow((x + 0.055) / 1.055, 2.4) }
-}
+use vastlight_paging::Table;
+use vastlight_scene::{Content, Filter, Image, Scene, TexelReader, Texture, Wrap, pyramid, texture_uses};
+use vastlight_store::{StoredTexture, TileGrid};
 
 /// A texture that is ready for lookups; borrows the texels of its image.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PreparedTexture<'s> {
     image: &'s Image,
+    /// The levels above it.
+    smaller: Arc<[Image]>,
+    /// Where all levels are, if not in memory.
+    tiles: Option<Arc<TileGrid>>,
     /// Rows of the affine map of coordinates: x, y, offset.
     matrix: [[f32; 3]; 2],
+    /// Texels of a unit square of coordinates.
+    texels: f32,
     wrap: [Wrap; 2],
     filter: Filter,
-    srgb: Option<&'static [f32; 256]>,
+    reader: TexelReader,
     uv_set: u32,
 }
 
 impl<'s> PreparedTexture<'s> {
-    /// All textures of a scene.
+    /// All textures of a scene, with pyramids of the images that are looked up from afar. Images of `stored` are in tiles.
     #[must_use]
-    pub fn all(scene: &'s Scene) -> Vec<Self> {
-        scene.textures().iter().map(|t| Self::new(t, &scene.images()[t.image as usize])).collect()
+    pub fn all(scene: &'s Scene, stored: &[StoredTexture]) -> Vec<Self> {
+        let uses = texture_uses(scene.materials(), scene.textures());
+        let key = |i: usize| (scene.textures()[i].image, uses[i].content);
+        let stored: BTreeMap<(u32, Content), &Arc<TileGrid>> =
+            stored.iter().map(|s| ((s.image, s.content), &s.grid)).collect();
+        let mut wanted: Vec<(u32, Content)> =
+            (0..uses.len()).filter(|&i| uses[i].filtered && !stored.contains_key(&key(i))).map(key).collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        let make =
+            |&(image, content): &(u32, Content)| pyramid(&scene.images()[image as usize], content).into();
+        let pyramids: Vec<Arc<[Image]>> = wanted.par_iter().map(make).collect();
+        let prepare = |(i, texture): (usize, &Texture)| {
+            let made = wanted.binary_search(&key(i)).ok().filter(|_| uses[i].filtered);
+            Self {
+                smaller: made.map(|at| pyramids[at].clone()).unwrap_or_default(),
+                tiles: stored.get(&key(i)).map(|&grid| grid.clone()),
+                ..Self::new(texture, &scene.images()[texture.image as usize])
+            }
+        };
+        scene.textures().iter().enumerate().map(prepare).collect()
     }
 
-    /// A texture over the image that it names.
+    /// A texture over the image that it names, without a pyramid.
     #[must_use]
     pub fn new(texture: &Texture, image: &'s Image) -> Self {
         let t = &texture.transform;
         let (sin, cos) = real::sin_cos(t.rotation);
+        let matrix =
+            [[cos * t.scale.x, sin * t.scale.y, t.offset.x], [-sin * t.scale.x, cos * t.scale.y, t.offset.y]];
         Self {
             image,
-            matrix: [
-                [cos * t.scale.x, sin * t.scale.y, t.offset.x],
-                [-sin * t.scale.x, cos * t.scale.y, t.offset.y],
-            ],
+            smaller: Arc::default(),
+            tiles: None,
+            matrix,
+            texels: (t.scale.x * t.scale.y).abs() * image.width as f32 * image.height as f32,
             wrap: texture.wrap,
             filter: texture.filter,
-            srgb: (texture.encoding == Encoding::Srgb).then(|| &*LINEAR_FROM_SRGB),
+            reader: TexelReader::new(texture.encoding),
             uv_set: texture.uv_set,
         }
     }
@@ -59,63 +80,170 @@ impl<'s> PreparedTexture<'s> {
         self.uv_set
     }
 
-    /// The linear RGBA value at texture coordinates (before the texture's own transform).
+    /// Whether the texels are in tiles, not in memory.
+    #[must_use]
+    pub fn is_in_tiles(&self) -> bool {
+        self.tiles.is_some()
+    }
+
+    /// The linear RGBA value at texture coordinates (before the texture's own transform) in the image itself.
     ///
-    /// Images of one or two channels are grey (and alpha); an absent alpha is 1.
+    /// Images of one or two channels are grey (and alpha); an absent alpha is 1. White if the texels are not in memory.
     #[must_use]
     pub fn lookup(&self, uv: Vec2) -> Vec4 {
-        let [a, b] = self.matrix;
-        let x = (a[0] * uv.x + a[1] * uv.y + a[2]) * self.image.width as f32;
-        let y = (b[0] * uv.x + b[1] * uv.y + b[2]) * self.image.height as f32;
-        match self.filter {
-            Filter::Nearest => self.wrapped(whole(x), whole(y)),
-            Filter::Linear => self.bilinear(x - 0.5, y - 0.5),
+        self.lookup_area(uv, 0.0)
+    }
+
+    /// The same for an area of the coordinates around `uv`: the mean of two neighbouring levels of the pyramid, so that a texel is about as large as
+    /// the area. For areas of at most a texel it is [`lookup`](Self::lookup).
+    #[must_use]
+    pub fn lookup_area(&self, uv: Vec2, area: f32) -> Vec4 {
+        self.filtered(uv, area, self.smaller.len(), &mut InMemory(self))
+    }
+
+    /// [`lookup_area`](Self::lookup_area) through tiles, if the texels are there.
+    #[must_use]
+    pub fn lookup_through(&self, tiles: &mut TileAccess<'_>, uv: Vec2, area: f32) -> Vec4 {
+        match &self.tiles {
+            Some(grid) => {
+                self.filtered(uv, area, grid.levels().len() - 1, &mut InTiles { texture: self, grid, tiles })
+            }
+            None => self.lookup_area(uv, area),
         }
     }
 
-    fn bilinear(&self, x: f32, y: f32) -> Vec4 {
-        let (column, row) = (whole(x), whole(y));
-        let (fx, fy) = (fraction(x), fraction(y));
-        let top = self.wrapped(column, row).lerp(self.wrapped(column + 1, row), fx);
-        let bottom = self.wrapped(column, row + 1).lerp(self.wrapped(column + 1, row + 1), fx);
-        top.lerp(bottom, fy)
+    #[inline]
+    fn filtered(&self, uv: Vec2, area: f32, last: usize, levels: &mut impl Levels) -> Vec4 {
+        let place = self.place(uv);
+        let Some((level, share)) = level_of(area * self.texels, last) else {
+            return self.sample(0, place, levels);
+        };
+        let fine = self.sample(level, place, levels);
+        if share > 0.0 { fine.lerp(self.sample(level + 1, place, levels), share) } else { fine }
     }
 
-    fn wrapped(&self, column: i64, row: i64) -> Vec4 {
-        let column = wrap(column, self.image.width, self.wrap[0]);
-        let row = wrap(row, self.image.height, self.wrap[1]);
-        self.texel(row * self.image.width as usize + column)
+    /// Coordinates in the image, its sides 1.
+    #[inline]
+    fn place(&self, uv: Vec2) -> Vec2 {
+        let [a, b] = self.matrix;
+        Vec2::new(a[0] * uv.x + a[1] * uv.y + a[2], b[0] * uv.x + b[1] * uv.y + b[2])
     }
 
-    fn texel(&self, index: usize) -> Vec4 {
-        let n = usize::from(self.image.channels.clamp(1, 4));
-        let range = index * n..(index + 1) * n;
-        let srgb = self.srgb;
-        match &self.image.texels {
-            Texels::U8(data) => texel_of(data.get(range), |v, is_color| match srgb {
-                Some(table) if is_color => table[usize::from(v)],
-                _ => f32::from(v) * (1.0 / 255.0),
-            }),
-            Texels::U16(data) => texel_of(data.get(range), |v, is_color| {
-                let x = f32::from(v) * (1.0 / 65_535.0);
-                if srgb.is_some() && is_color { linear_from_srgb(x) } else { x }
-            }),
-            Texels::F32(data) => texel_of(data.get(range), |v, _| if v.is_finite() { v } else { 0.0 }),
+    #[inline]
+    fn sample(&self, level: usize, place: Vec2, levels: &mut impl Levels) -> Vec4 {
+        let [width, height] = levels.size(level);
+        let (x, y) = (place.x * width as f32, place.y * height as f32);
+        let mut wrapped = |column: i64, row: i64| {
+            levels.texel(level, wrap(column, width, self.wrap[0]), wrap(row, height, self.wrap[1]))
+        };
+        match self.filter {
+            Filter::Nearest => wrapped(whole(x), whole(y)),
+            Filter::Linear => {
+                let (x, y) = (x - 0.5, y - 0.5);
+                let (column, row) = (whole(x), whole(y));
+                let (fx, fy) = (fraction(x), fraction(y));
+                let top = wrapped(column, row).lerp(wrapped(column + 1, row), fx);
+                let bottom = wrapped(column, row + 1).lerp(wrapped(column + 1, row + 1), fx);
+                top.lerp(bottom, fy)
+            }
         }
     }
 }
 
-/// RGBA from one to four stored channels; `decode` is told whether a channel is colour (not alpha).
-fn texel_of<T: Copy>(stored: Option<&[T]>, decode: impl Fn(T, bool) -> f32) -> Vec4 {
-    match stored {
-        Some(&[g]) => Vec4::new(decode(g, true), decode(g, true), decode(g, true), 1.0),
-        Some(&[g, a]) => {
-            let g = decode(g, true);
-            Vec4::new(g, g, g, decode(a, false))
+/// The finer of two levels and the share of the other, for an area of so many texels; none for the image itself.
+#[inline]
+fn level_of(texels: f32, last: usize) -> Option<(usize, f32)> {
+    // What is not a number is no area.
+    if last == 0 || texels.is_nan() || texels <= 1.0 {
+        return None;
+    }
+    let level = (0.5 * std::f32::consts::LOG2_E * real::ln(texels)).clamp(0.0, last as f32);
+    Some((level as usize, level - level.floor()))
+}
+
+/// Where texels come from.
+trait Levels {
+    fn size(&self, level: usize) -> [u32; 2];
+    fn texel(&mut self, level: usize, column: u32, row: u32) -> Vec4;
+}
+
+/// The image and its pyramid.
+struct InMemory<'t>(&'t PreparedTexture<'t>);
+
+impl InMemory<'_> {
+    #[inline]
+    fn image(&self, level: usize) -> &Image {
+        level.checked_sub(1).and_then(|i| self.0.smaller.get(i)).unwrap_or(self.0.image)
+    }
+}
+
+impl Levels for InMemory<'_> {
+    #[inline]
+    fn size(&self, level: usize) -> [u32; 2] {
+        let image = self.image(level);
+        [image.width, image.height]
+    }
+
+    #[inline]
+    fn texel(&mut self, level: usize, column: u32, row: u32) -> Vec4 {
+        let image = self.image(level);
+        let index = row as usize * image.width as usize + column as usize;
+        self.0.reader.read(&image.texels, image.channels, index)
+    }
+}
+
+/// Tiles that are in memory, and those that lookups touched.
+#[derive(Debug)]
+pub struct TileAccess<'t> {
+    table: &'t Table,
+    /// The tiles that were touched, each once.
+    touched: &'t mut Vec<u32>,
+    is_missing: bool,
+}
+
+impl<'t> TileAccess<'t> {
+    /// Lookups in the tiles of `table`; `touched` is made empty first.
+    pub fn new(table: &'t Table, touched: &'t mut Vec<u32>) -> Self {
+        touched.clear();
+        Self { table, touched, is_missing: false }
+    }
+
+    /// Whether a tile was not in memory: what was looked up is then of no use.
+    #[must_use]
+    pub fn is_missing(&self) -> bool {
+        self.is_missing
+    }
+}
+
+/// Levels in tiles.
+struct InTiles<'a, 't> {
+    texture: &'a PreparedTexture<'a>,
+    grid: &'a TileGrid,
+    tiles: &'a mut TileAccess<'t>,
+}
+
+impl Levels for InTiles<'_, '_> {
+    #[inline]
+    fn size(&self, level: usize) -> [u32; 2] {
+        let level = &self.grid.levels()[level];
+        [level.width, level.height]
+    }
+
+    #[inline]
+    fn texel(&mut self, level: usize, column: u32, row: u32) -> Vec4 {
+        let (page, index) = self.grid.place(level, column, row);
+        let TileAccess { table, touched, is_missing } = &mut *self.tiles;
+        if touched.last() != Some(&page) && !touched.contains(&page) {
+            touched.push(page);
         }
-        Some(&[r, g, b]) => Vec4::new(decode(r, true), decode(g, true), decode(b, true), 1.0),
-        Some(&[r, g, b, a]) => Vec4::new(decode(r, true), decode(g, true), decode(b, true), decode(a, false)),
-        _ => Vec4::ONE,
+        let PreparedTexture { image, reader, .. } = self.texture;
+        match table.page(page) {
+            Some(bytes) => reader.read_bytes(&image.texels, image.channels, bytes, index),
+            None => {
+                *is_missing = true;
+                Vec4::ONE
+            }
+        }
     }
 }
 
@@ -129,7 +257,7 @@ fn fraction(x: f32) -> f32 {
     if f.is_finite() { f } else { 0.0 }
 }
 
-fn wrap(i: i64, size: u32, mode: Wrap) -> usize {
+fn wrap(i: i64, size: u32, mode: Wrap) -> u32 {
     let n = i64::from(size.max(1));
     let wrapped = match mode {
         Wrap::Clamp => i.clamp(0, n - 1),
@@ -139,13 +267,13 @@ fn wrap(i: i64, size: u32, mode: Wrap) -> usize {
             i.min(2 * n - 1 - i)
         }
     };
-    wrapped as usize
+    wrapped as u32
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vastlight_scene::TextureTransform;
+    use vastlight_scene::{Encoding, Texels, TextureTransform};
 
     /// A grey image of 3 x 2 bytes: 0 10 20 / 30 40 50.
     fn ramp() -> Image {
@@ -178,20 +306,6 @@ mod tests {
     }
 
     #[test]
-    fn srgb_is_decoded_for_colour_and_not_for_alpha() {
-        let image = |texels| Image { name: String::new(), width: 1, height: 1, channels: 4, texels };
-        let bytes = image(Texels::U8(vec![188, 0, 255, 188]));
-        let srgb = Texture::new(0, Encoding::Srgb);
-        let v = PreparedTexture::new(&srgb, &bytes).lookup(Vec2::splat(0.3));
-        assert!((v - Vec4::new(0.502_886, 0.0, 1.0, 188.0 / 255.0)).abs().max_element() < 1e-5, "{v}");
-        let words = image(Texels::U16(vec![32_896, 0, 65_535, 32_896]));
-        let v = PreparedTexture::new(&srgb, &words).lookup(Vec2::splat(0.3));
-        assert!((v.x - linear_from_srgb(32_896.0 / 65_535.0)).abs() < 1e-6 && (v.w - 0.501_96).abs() < 1e-4);
-        let floats = image(Texels::F32(vec![3.5, f32::NAN, 0.25, 1.0]));
-        assert_eq!(PreparedTexture::new(&srgb, &floats).lookup(Vec2::ZERO), Vec4::new(3.5, 0.0, 0.25, 1.0));
-    }
-
-    #[test]
     fn the_transform_scales_turns_counter_clockwise_and_moves() {
         let transform = TextureTransform {
             offset: Vec2::new(0.1, 0.2),
@@ -207,6 +321,110 @@ mod tests {
         assert!((map(0.0, 1.0) - Vec2::new(2.1, 0.2)).length() < 1e-6);
     }
 
+    /// From near to far: the image, then means of more and more texels, and of all in the end.
+    #[test]
+    fn larger_areas_are_looked_up_in_smaller_images() {
+        let texels = Texels::F32((0..64).map(|i| if i % 2 == i / 8 % 2 { 1.0 } else { 0.0 }).collect());
+        let image = Image { name: String::new(), width: 8, height: 8, channels: 1, texels };
+        let plain = PreparedTexture::new(&Texture::new(0, Encoding::Linear), &image);
+        let texture = PreparedTexture { smaller: pyramid(&image, Content::Data).into(), ..plain.clone() };
+        let uv = Vec2::new(1.5 / 8.0, 0.5 / 8.0);
+        let at = |texels: f32| texture.lookup_area(uv, texels / 64.0).x;
+        for texels in [0.0, 0.3, 1.0, f32::NAN, -1.0] {
+            assert_eq!(at(texels), texture.lookup(uv).x);
+        }
+        assert_eq!(at(4.0), 0.5, "every 2 x 2 texels have the same mean");
+        assert!((at(2.0) - 0.25).abs() < 1e-6, "half way");
+        assert_eq!([at(64.0), at(1e30), at(f32::INFINITY)], [0.5; 3]);
+        assert_eq!(plain.lookup_area(uv, 1.0), plain.lookup(uv), "there is no pyramid");
+        let far = TextureTransform { scale: Vec2::splat(8.0), ..TextureTransform::IDENTITY };
+        let far = Texture { transform: far, ..Texture::new(0, Encoding::Linear) };
+        let far = PreparedTexture { smaller: texture.smaller.clone(), ..PreparedTexture::new(&far, &image) };
+        assert_eq!(far.lookup_area(uv, 1.0 / 64.0).x, 0.5, "the transform makes areas larger");
+    }
+
+    /// The pages of an image and its pyramid.
+    fn pages(image: &Image, smaller: &[Image], grid: &TileGrid) -> Vec<Vec<u8>> {
+        let mut pages = vec![Vec::new(); grid.pages() as usize];
+        let n = usize::from(image.channels);
+        let bytes = n * image.texels.number_bytes();
+        for (number, level) in std::iter::once(image).chain(smaller).enumerate() {
+            for i in 0..level.width * level.height {
+                let (page, texel) = grid.place(number, i % level.width, i / level.width);
+                let page: &mut Vec<u8> = &mut pages[page as usize];
+                page.resize(page.len().max((texel + 1) * bytes), 0);
+                let mut raw = Vec::new();
+                level.texels.append_bytes(i as usize * n..(i as usize + 1) * n, &mut raw);
+                page[texel * bytes..(texel + 1) * bytes].copy_from_slice(&raw);
+            }
+        }
+        pages
+    }
+
+    /// Lookups in memory and through tiles have the same bits, once all tiles that they name are there.
+    #[test]
+    fn tiles_say_what_memory_says() {
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 16_777_216.0
+        };
+        let count = 45 * 29 * 3;
+        let floats: Vec<f32> = (0..count).map(|_| random()).collect();
+        let kinds = [
+            Texels::U8(floats.iter().map(|x| (x * 255.0) as u8).collect()),
+            Texels::U16(floats.iter().map(|x| (x * 65_535.0) as u16).collect()),
+            Texels::F32(floats),
+        ];
+        for (kind, texels) in kinds.into_iter().enumerate() {
+            let image = Image { name: String::new(), width: 45, height: 29, channels: 3, texels };
+            let smaller: Arc<[Image]> = pyramid(&image, Content::Color).into();
+            let grid = Arc::new(TileGrid::new(45, 29, 2, 0).expect("small"));
+            let pages = pages(&image, &smaller, &grid);
+            let all = Table::resident(pages.iter().map(Vec::as_slice), 0);
+            let bare = Image { texels: image.texels.none_like(), ..image.clone() };
+            for (wrap, filter) in [
+                (Wrap::Repeat, Filter::Linear),
+                (Wrap::Mirror, Filter::Linear),
+                (Wrap::Clamp, Filter::Linear),
+                (Wrap::Repeat, Filter::Nearest),
+            ] {
+                let texture = Texture { wrap: [wrap; 2], filter, ..Texture::new(0, Encoding::Srgb) };
+                let here =
+                    PreparedTexture { smaller: smaller.clone(), ..PreparedTexture::new(&texture, &image) };
+                let there =
+                    PreparedTexture { tiles: Some(grid.clone()), ..PreparedTexture::new(&texture, &bare) };
+                let mut most = 0;
+                for _ in 0..400 {
+                    let uv = Vec2::new(random() * 4.0 - 2.0, random() * 4.0 - 2.0);
+                    let area = real::exp(random() * 12.0 - 9.0);
+                    let expected = here.lookup_area(uv, area);
+                    let mut touched = Vec::new();
+                    let mut access = TileAccess::new(&all, &mut touched);
+                    assert_eq!(there.lookup_through(&mut access, uv, area), expected, "{kind} {wrap:?}");
+                    assert!(!access.is_missing());
+                    most = most.max(touched.len());
+                    // The tiles that it names are all that it needs, and it needs each of them.
+                    let mut few = Table::new(pages.len());
+                    for &page in &touched {
+                        let mut unused = Vec::new();
+                        let mut access = TileAccess::new(&few, &mut unused);
+                        let _ = there.lookup_through(&mut access, uv, area);
+                        assert!(access.is_missing());
+                        let one =
+                            Table::resident(std::iter::once(pages[page as usize].as_slice()), 0).set(0, None);
+                        few.set(page, one);
+                    }
+                    let mut again = Vec::new();
+                    let mut access = TileAccess::new(&few, &mut again);
+                    assert_eq!(there.lookup_through(&mut access, uv, area), expected);
+                    assert!(!access.is_missing() && again == touched);
+                }
+                assert!((2..=8).contains(&most), "{most}");
+            }
+        }
+    }
+
     #[test]
     fn no_coordinate_and_no_image_breaks_a_lookup() {
         let short = Image { texels: Texels::U8(vec![1]), ..ramp() };
@@ -215,8 +433,12 @@ mod tests {
                 let texture = Texture { wrap: [wrap; 2], filter, ..Texture::new(0, Encoding::Srgb) };
                 for image in [&ramp(), &short] {
                     for u in [f32::NAN, f32::INFINITY, -1e30, 1e30, 1e-40] {
-                        let v = PreparedTexture::new(&texture, image).lookup(Vec2::new(u, -u));
+                        let plain = PreparedTexture::new(&texture, image);
+                        let smaller = pyramid(image, Content::Color).into();
+                        let texture = PreparedTexture { smaller, ..plain };
+                        let v = texture.lookup(Vec2::new(u, -u));
                         assert!(v.is_finite(), "{wrap:?} {filter:?} {u} {v}");
+                        assert!(texture.lookup_area(Vec2::new(u, u), u).is_finite());
                     }
                 }
             }

@@ -1,10 +1,12 @@
 //! A path's vertex: the surface that a ray met, its material and its scattering.
 
 use crate::bsdf::{Bsdf, Wavelength};
-use crate::corners::{MeshCorners, PageCorners};
+use crate::cone::Cone;
+use crate::corners::{Corners, MeshCorners, PageCorners};
 use crate::light::LightSample;
 use crate::material::Evaluated;
 use crate::medium::MediumStack;
+use crate::pages::PageHit;
 use crate::placement::Placement;
 use crate::sample::Sample;
 use crate::surface::{Surface, mesh_of};
@@ -31,14 +33,14 @@ pub(crate) struct Vertex<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// `corners` are those of the hit triangle where its mesh is not in memory; `own` takes the material where it is not the
+    /// `page` is what is known of the hit triangle where its mesh is not in memory; `own` takes the material where it is not the
     /// same everywhere.
     #[inline(always)]
     pub(crate) fn new(
         context: &'a Context<'_>,
-        ray: &Ray,
+        (ray, cone): (&Ray, Cone),
         hit: &Hit,
-        corners: Option<&PageCorners>,
+        page: Option<PageHit<'_>>,
         own: &'a mut Option<Evaluated>,
     ) -> Self {
         let material = mesh_of(context.scene, hit).material_of(hit.prim);
@@ -47,18 +49,21 @@ impl<'a> Vertex<'a> {
         let map = &context.scene.instances()[hit.instance as usize].world_from_object;
         let place = (map, &context.placements[hit.instance as usize]);
         let uv_sets = table.uv_sets(material);
-        let surface = match corners {
+        let surface = match page {
             None => {
                 let corners = MeshCorners::new(mesh_of(context.scene, hit), hit);
-                Surface::placed(place, hit, &corners, uv_sets, tangent_uv)
+                surface(place, (ray, cone), hit, &corners, uv_sets, tangent_uv)
             }
-            Some(corners) => surface_in_page(place, hit, corners, uv_sets, tangent_uv),
+            Some(page) => surface_in_page(place, (ray, cone), hit, page.corners, uv_sets, tangent_uv),
         };
         let mut frame = surface.frame();
         let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {
             Some((evaluated, bsdf)) => (evaluated, Some(bsdf)),
             None => {
-                let evaluated = own.insert(table.evaluate(material, &surface.attributes));
+                let evaluated = own.insert(match page.and_then(|page| page.evaluated) {
+                    Some(evaluated) => *evaluated,
+                    None => table.evaluate(material, &surface.attributes),
+                });
                 frame = evaluated.shading_frame(&frame);
                 (&*evaluated, None)
             }
@@ -200,14 +205,30 @@ fn unit(color: Vec3) -> Vec3 {
     color.clamp(Vec3::ZERO, Vec3::ONE)
 }
 
-/// [`Surface::placed`] of corners in a page.
+/// [`Surface::placed`], and the areas that lookups stand for.
+#[inline(always)]
+fn surface(
+    place: (&Affine3, &Placement),
+    (ray, cone): (&Ray, Cone),
+    hit: &Hit,
+    corners: &impl Corners,
+    uv_sets: usize,
+    tangent_uv: Option<u32>,
+) -> Surface {
+    let mut surface = Surface::placed(place, hit, corners, uv_sets, tangent_uv);
+    surface.attributes.areas = cone.areas((ray, hit.t), place.0, corners, uv_sets);
+    surface
+}
+
+/// [`surface`] of corners in a page.
 #[inline(never)]
 fn surface_in_page(
     place: (&Affine3, &Placement),
+    seen: (&Ray, Cone),
     hit: &Hit,
     corners: &PageCorners,
     uv_sets: usize,
     tangent_uv: Option<u32>,
 ) -> Surface {
-    Surface::placed(place, hit, corners, uv_sets, tangent_uv)
+    surface(place, seen, hit, corners, uv_sets, tangent_uv)
 }

@@ -28,6 +28,7 @@ mod paged;
 mod passes;
 mod render;
 mod stats;
+mod textures;
 
 pub use camera::CameraChoice;
 pub use error::{Error, ErrorClass};
@@ -39,7 +40,7 @@ pub use overrides::Overrides;
 pub use pack::pack;
 pub use paged::PagingRequest;
 pub use render::{Control, Progress, RenderRequest, Rendered, render};
-pub use stats::{Ending, SceneCounts, Stats};
+pub use stats::{CacheCounts, Ending, PagingStats, SceneCounts, Stats};
 
 pub use vastlight_accel as accel;
 pub use vastlight_export as export;

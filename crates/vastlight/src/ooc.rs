@@ -18,6 +18,8 @@ pub struct OocFigures {
     pub frame_ms: f64,
     /// Rays of a frame, shadow rays included.
     pub rays: u64,
+    /// Lookups in textures in tiles in the last frame, milliseconds, all threads together, without waiting.
+    pub filter_ms: f64,
     /// What the caches did in the last frame.
     pub paging: PagingStats,
 }
@@ -37,7 +39,7 @@ pub fn measure_ooc(
 ) -> Result<(), Error> {
     paged::pool(&request.paging)?.install(|| {
         let tracer = tracer_of(open, request)?;
-        let materials = MaterialTable::new(&open.scene);
+        let materials = open.materials();
         let lights = Lights::new(&open.scene, &materials);
         let parts = Parts { open, request, control, tracer: &tracer, materials: &materials, lights: &lights };
         fractions.iter().try_for_each(|&fraction| {
@@ -66,7 +68,7 @@ impl Parts<'_> {
         let Some(stored) = &open.stored else {
             return Err(Error::usage("the scene is in memory", "", "pack it to a store first"));
         };
-        let caches = paged::caches(stored, request)?;
+        let caches = paged::caches(stored, request, materials.most_tiles())?;
         let renderer = Renderer::new(&open.scene, tracer, materials, lights, request.settings.clone());
         let renderer = renderer.with_pages(stored.pages(&caches, &request.paging));
         let ids = Ids::new(&open.scene, &[]);
@@ -79,7 +81,9 @@ impl Parts<'_> {
             let rays = cost.rays + cost.shadow_rays;
             let best = figures.as_ref().map_or(f64::INFINITY, |f: &OocFigures| f.frame_ms);
             let frame_ms = frame_ms.min(best);
-            figures = Some(OocFigures { cache_fraction, cold_ms, frame_ms, rays, paging });
+            let waited = paging.tiles.as_ref().map_or(0.0, |tiles| tiles.stall_ms);
+            let filter_ms = (cost.tile_ns as f64 * 1e-6 - waited).max(0.0);
+            figures = Some(OocFigures { cache_fraction, cold_ms, frame_ms, rays, filter_ms, paging });
         }
         figures.ok_or_else(|| Error::usage("nothing was measured", "", ""))
     }

@@ -7,10 +7,10 @@ use std::path::Path;
 use std::sync::Arc;
 use vastlight_accel::compact::CompactMesh;
 use vastlight_paging::{Directory, FileSource, KernelCache, PageError, Source};
-use vastlight_scene::Scene;
-use vastlight_store::{AttributeIndex, AttributeLayout, PageStrategy, Store, StoreError};
+use vastlight_scene::{Scene, TextureUse, texture_uses};
+use vastlight_store::{AttributeIndex, AttributeLayout, PageStrategy, Store, StoreError, StoredTexture};
 use vastlight_trace::paged::Caches;
-use vastlight_transport::{PagedGeometry, PagesError};
+use vastlight_transport::{MaterialTable, PagedGeometry, PagesError};
 
 /// The extension of stores.
 pub(crate) const STORE: &str = "vls";
@@ -41,6 +41,10 @@ pub struct StoredMeshes {
     pub attributes: Directory,
     /// Where the attributes of a triangle are.
     pub index: AttributeIndex,
+    /// Images whose texels are in tiles.
+    pub textures: Vec<StoredTexture>,
+    /// Tiles of textures.
+    pub tiles: Directory,
 }
 
 impl StoredMeshes {
@@ -48,6 +52,14 @@ impl StoredMeshes {
     pub(crate) fn pages<'a>(&'a self, caches: &'a Caches, paging: &PagingRequest) -> PagedGeometry<'a> {
         let wave_paths = paths_per_batch(paging);
         PagedGeometry { caches, index: &self.index, layouts: &self.layouts, wave_paths }
+    }
+}
+
+impl OpenScene {
+    /// The scene's materials, ready for lookups.
+    pub(crate) fn materials(&self) -> MaterialTable<'_> {
+        let textures = self.stored.as_ref().map_or(&[][..], |stored| &stored.textures);
+        MaterialTable::with_tiles(&self.scene, textures)
     }
 }
 
@@ -84,8 +96,19 @@ pub(crate) fn is_store(source: &str) -> bool {
 /// # Errors
 /// If it cannot be read or is damaged, or an override names what is not there.
 pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<OpenScene, Error> {
-    let Store { source, mut desc, extents, meshes, layouts, strategy, geometry, attributes, index } =
-        Store::open(source)?;
+    let Store {
+        source,
+        mut desc,
+        extents,
+        meshes,
+        layouts,
+        strategy,
+        geometry,
+        attributes,
+        index,
+        textures,
+        tiles,
+    } = Store::open(source)?;
     adapt(&mut desc, options)?;
     let instances = desc.instances.len();
     let scene = Scene::with_meshes_elsewhere(desc, extents)?;
@@ -101,8 +124,25 @@ pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<Open
         let what = format!("material \"{material}\" is made to shine, but its triangles are not in memory");
         return Err(Error::usage(what, name, "pack the scene with this override"));
     }
-    let stored = StoredMeshes { source, meshes, layouts, strategy, geometry, attributes, index };
+    if let Some(image) = missing_texels(&scene, &textures) {
+        let what = format!("a material needs image \"{image}\" as a whole, but its texels are in tiles");
+        return Err(Error::usage(what, name, "pack the scene with this override"));
+    }
+    let stored =
+        StoredMeshes { source, meshes, layouts, strategy, geometry, attributes, index, textures, tiles };
     Ok(OpenScene { scene, stored: Some(stored) })
+}
+
+/// An image that a material looks up in a way that its tiles do not serve.
+fn missing_texels<'s>(scene: &'s Scene, stored: &[StoredTexture]) -> Option<&'s str> {
+    let uses = texture_uses(scene.materials(), scene.textures());
+    let served = |image: u32, found: &TextureUse| {
+        let mut tiles = stored.iter().filter(|s| s.image == image).peekable();
+        let used = found.exact || found.filtered;
+        !used || tiles.peek().is_none() || !found.exact && tiles.any(|s| s.content == found.content)
+    };
+    let missing = scene.textures().iter().zip(&uses).find(|(texture, found)| !served(texture.image, found));
+    missing.map(|(texture, _)| scene.images()[texture.image as usize].name.as_str())
 }
 
 /// A material that shines, of a mesh whose geometry is not in memory.
@@ -132,6 +172,7 @@ impl From<PagesError> for Error {
     fn from(error: PagesError) -> Self {
         match error {
             PagesError::Page(error) => error.into(),
+            PagesError::FewTiles { .. } => Self::new(ErrorClass::Memory, error.to_string(), "page cache", ""),
             PagesError::Cache(error) => Self::new(ErrorClass::Memory, error.to_string(), "page cache", ""),
         }
     }

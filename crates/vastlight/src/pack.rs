@@ -1,6 +1,6 @@
 //! From a scene, mesh by mesh, to a store.
 
-use crate::Error;
+use crate::{Error, textures};
 use rayon::prelude::*;
 use std::path::Path;
 use vastlight_accel::Scratch;
@@ -22,7 +22,7 @@ pub fn pack(
     config: &PackConfig,
     mut progress: impl FnMut(u64),
 ) -> Result<StoreSize, Error> {
-    let SceneStream { mut desc, pieces, .. } = stream;
+    let SceneStream { mut desc, pieces, rows, .. } = stream;
     if let Some(error) = desc.diagnostics.first_error() {
         return Err(SceneError::from(error.clone()).into());
     }
@@ -30,7 +30,9 @@ pub fn pack(
         desc.materials.push(Material::new("neutral"));
     }
     let preparation = MeshPreparation::new(&desc);
-    let mut packing = Packing { desc, preparation, config, writer: StoreWriter::create(target)? };
+    let mut writer = StoreWriter::create(target)?;
+    textures::pack(&mut desc, rows, config.tile_bytes, &mut writer)?;
+    let mut packing = Packing { desc, preparation, config, writer };
     let (mut waiting, mut triangles, mut done) = (Vec::new(), 0, 0);
     for piece in pieces {
         let piece = piece?;

@@ -7,6 +7,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
 use vastlight_paging::{CacheConfig, Directory, PageCache, PolicyKind};
 use vastlight_trace::paged::Caches;
+use vastlight_transport::Evaluated;
 
 /// Bytes of a path on its way through pages: its ray, hit, corners and their attributes, and what it casts.
 const PATH_BYTES: u64 = 1700;
@@ -14,6 +15,8 @@ const PATH_BYTES: u64 = 1700;
 const PATHS: std::ops::RangeInclusive<u64> = 1 << 11..=1 << 16;
 /// The part of the memory that paths get.
 const PATHS_SHARE: u64 = 6;
+/// Bytes of the material of a hit whose textures are in tiles.
+const MATERIAL_BYTES: u64 = size_of::<Option<Evaluated>>() as u64;
 /// What the allocator and the system keep for themselves.
 const MARGIN: u64 = 16 << 20;
 /// Pages of geometry, and of attributes, that every batch can keep at least. Hits lie far apart: attributes come by many small
@@ -23,6 +26,8 @@ const LEAST_PAGES: [usize; 2] = [4, 64];
 const RESERVE: usize = 8;
 /// The part of the caches that geometry gets where not all fits, of 16.
 const GEOMETRY_SHARE: u64 = 13;
+/// The part of all caches that tiles of textures get where not all fits.
+const TILE_SHARE: u64 = 3;
 /// Slots are multiples of this.
 const SLOT_UNIT: usize = 4096;
 
@@ -33,6 +38,8 @@ pub struct PagingRequest {
     pub memory: Option<u64>,
     /// The part of the pages that may be in memory at once, instead of what `memory` leaves room for.
     pub cache_fraction: Option<f32>,
+    /// Memory for tiles of textures, bytes, instead of a share of the rest.
+    pub tile_memory: Option<u64>,
     /// Batches of paths for each thread that computes: the others wait for pages meanwhile.
     pub batches_per_thread: usize,
     /// Paths of a batch; `None` for what the memory allows. More share the pages that are fetched for one of them.
@@ -46,6 +53,7 @@ impl Default for PagingRequest {
         Self {
             memory: None,
             cache_fraction: None,
+            tile_memory: None,
             batches_per_thread: 2,
             paths_per_batch: None,
             policy: PolicyKind::default(),
@@ -70,8 +78,13 @@ pub(crate) fn paths_per_batch(paging: &PagingRequest) -> u64 {
     paging.paths_per_batch.unwrap_or_else(fitting)
 }
 
-/// The caches that fit into what is left of the memory; to be called on the pool when all else is there.
-pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<Caches, Error> {
+/// The caches that fit into what is left of the memory; to be called on the pool when all else is there. The evaluation of a
+/// material needs `most_tiles` tiles of textures at once.
+pub(crate) fn caches(
+    stored: &StoredMeshes,
+    request: &RenderRequest,
+    most_tiles: usize,
+) -> Result<Caches, Error> {
     let batches = rayon::current_num_threads();
     let paging = &request.paging;
     let limits = |slack, pages| CacheConfig {
@@ -82,20 +95,31 @@ pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<C
     };
     let geometry = Pages::new(&stored.geometry, limits(SLACK, LEAST_PAGES[0]));
     let attributes = Pages::new(&stored.attributes, limits(0, LEAST_PAGES[1]));
+    let least_tiles = most_tiles.max(LEAST_PAGES[1]) * RESERVE / (RESERVE - 1) + 1;
+    let tiles = (stored.tiles.pages() > 0).then(|| Pages::new(&stored.tiles, limits(0, least_tiles)));
     if let Some(fraction) = paging.cache_fraction {
         return Ok(Caches {
             geometry: geometry.part(stored, fraction)?,
             attributes: attributes.part(stored, fraction)?,
+            tiles: match (&tiles, paging.tile_memory) {
+                (Some(tiles), Some(bytes)) => Some(tiles.cache(stored, bytes)?),
+                (Some(tiles), None) => Some(tiles.part(stored, fraction)?),
+                (None, _) => None,
+            },
         });
     }
+    let path_bytes = PATH_BYTES + if tiles.is_some() { MATERIAL_BYTES } else { 0 };
     let film = film_bytes(request.settings.region().pixels(), &request.aovs);
     let buffers = 2 * stored.source.buffer_bytes(geometry.config.io_threads) as u64;
     let fixed = rss_bytes().unwrap_or(0)
         + film
-        + batches as u64 * paths_per_batch(paging) * PATH_BYTES
+        + batches as u64 * paths_per_batch(paging) * path_bytes
         + buffers
         + MARGIN;
-    let (least, most) = (geometry.least() + attributes.least(), geometry.most() + attributes.most());
+    let (least_of_tiles, most_of_tiles) = tiles.as_ref().map_or((0, 0), |t| (t.least(), t.most()));
+    let least_of_others = geometry.least() + attributes.least();
+    let most_of_others = geometry.most() + attributes.most();
+    let (least, most) = (least_of_others + least_of_tiles, most_of_others + most_of_tiles);
     let budget = paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
     let needed = (fixed + least).max(peak_rss_bytes().unwrap_or(0));
     if needed > budget {
@@ -105,12 +129,17 @@ pub(crate) fn caches(stored: &StoredMeshes, request: &RenderRequest) -> Result<C
         return Err(Error::new(ErrorClass::Memory, what, "--memory", hint));
     }
     let room = (budget - fixed).min(most);
+    let for_tiles = (room / TILE_SHARE).max(room.saturating_sub(most_of_others));
+    let for_tiles = paging.tile_memory.unwrap_or(for_tiles);
+    let for_tiles = for_tiles.clamp(least_of_tiles, room - least_of_others).min(most_of_tiles);
+    let room = room - for_tiles;
     // What one of them does not need the other gets.
     let share = (room / 16 * GEOMETRY_SHARE).max(room.saturating_sub(attributes.most()));
     let for_geometry = share.clamp(geometry.least(), room - attributes.least()).min(geometry.most());
     Ok(Caches {
         geometry: geometry.cache(stored, for_geometry)?,
         attributes: attributes.cache(stored, room - for_geometry)?,
+        tiles: tiles.map(|tiles| tiles.cache(stored, for_tiles)).transpose()?,
     })
 }
 

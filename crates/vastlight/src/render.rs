@@ -11,9 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
 use vastlight_trace::{Tracer, TracerConfig};
-use vastlight_transport::{
-    Lights, MaterialTable, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile,
-};
+use vastlight_transport::{Lights, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile};
 
 /// What to render.
 #[derive(Clone, Debug)]
@@ -114,10 +112,14 @@ fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>)
     let tracer = tracer_of(open, request)?;
     let build_ms = millis(start.elapsed());
     let prepare_start = Instant::now();
-    let materials = MaterialTable::new(scene);
+    let materials = open.materials();
     let lights = Lights::new(scene, &materials);
     let renderer = Renderer::new(scene, &tracer, &materials, &lights, request.settings.clone());
-    let caches = open.stored.as_ref().map(|stored| paged::caches(stored, request)).transpose()?;
+    let caches = open
+        .stored
+        .as_ref()
+        .map(|stored| paged::caches(stored, request, materials.most_tiles()))
+        .transpose()?;
     let renderer = match (&open.stored, &caches) {
         (Some(stored), Some(caches)) => renderer.with_pages(stored.pages(caches, &request.paging)),
         _ => renderer,

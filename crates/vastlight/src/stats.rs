@@ -62,6 +62,8 @@ pub struct PagingStats {
     pub geometry: CacheCounts,
     /// Pages of attributes.
     pub attributes: CacheCounts,
+    /// Tiles of textures, if there are any.
+    pub tiles: Option<CacheCounts>,
 }
 
 /// What a cache did.
@@ -120,7 +122,11 @@ impl PagingStats {
                 resident_pages: stats.resident_pages as u64,
             }
         };
-        Self { geometry: counts(&caches.geometry), attributes: counts(&caches.attributes) }
+        Self {
+            geometry: counts(&caches.geometry),
+            attributes: counts(&caches.attributes),
+            tiles: caches.tiles.as_ref().map(counts),
+        }
     }
 
     /// What they did after `earlier`.
@@ -129,6 +135,7 @@ impl PagingStats {
         Self {
             geometry: self.geometry.since(&earlier.geometry),
             attributes: self.attributes.since(&earlier.attributes),
+            tiles: self.tiles.as_ref().zip(earlier.tiles.as_ref()).map(|(now, then)| now.since(then)),
         }
     }
 }

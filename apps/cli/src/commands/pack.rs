@@ -31,6 +31,9 @@ pub(crate) struct Pack {
     /// Most bytes of a page of geometry
     #[arg(long, value_name = "BYTES", default_value_t = PackConfig::default().page_bytes)]
     page_bytes: usize,
+    /// Most bytes of a tile of a texture
+    #[arg(long, value_name = "BYTES", default_value_t = PackConfig::default().tile_bytes)]
+    tile_bytes: usize,
     /// One JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -48,6 +51,7 @@ pub(crate) fn run(arguments: &Pack, common: &Common, start: Instant) -> Result<E
         split_budget: Some(arguments.split_budget),
         strategy: PageStrategy::from_name(&arguments.strategy).unwrap_or_default(),
         page_bytes: arguments.page_bytes,
+        tile_bytes: arguments.tile_bytes,
     };
     let say = |triangles: u64| {
         if !common.quiet {

@@ -95,8 +95,8 @@ impl PathTracing {
     fn arrive<'a, 'w: 'a>(&self, stage: &mut Stage<'w>, i: usize, own: &'a mut Own) -> Option<Arrival<'a>> {
         let (context, ray, hit, slot) = (stage.context, &stage.rays[i], &stage.hits[i], stage.slots[i]);
         let (path, sample) = (&mut stage.paths[slot as usize], &mut stage.samples[slot as usize]);
-        let corners = stage.corners.map(|corners| &corners[i]);
-        let vertex = Vertex::new(context, ray, hit, corners, &mut own.material);
+        let page = stage.pages.map(|pages| pages.at(i));
+        let vertex = Vertex::new(context, (ray, path.cone), hit, page, &mut own.material);
         path.throughput *= absorption(context, &vertex, path, hit.t);
         let bsdf = vertex.bsdf(context, path, &mut own.bsdf);
         if stage.depth == 1 {
@@ -169,6 +169,7 @@ fn scatter(
 ) {
     let (context, depth) = (stage.context, stage.depth);
     let (path, time) = (&mut stage.paths[arrival.slot as usize], stage.rays[arrival.ray].time);
+    path.cone = path.cone.moved(stage.hits[arrival.ray].t);
     if let Some(light) = &lights.samples[lane]
         && let Some((ray, radiance)) = connect(context, arrival, path, light)
     {
@@ -279,6 +280,7 @@ fn continue_path(
     let straight = next.delta && next.transmitted && bsdf.is_pane();
     if !straight {
         path.pdf = if next.delta { 0.0 } else { next.pdf };
+        path.cone = path.cone.scattered(path.pdf);
     }
     path.scattered |= !next.delta;
     path.dispersed |= next.dispersed;

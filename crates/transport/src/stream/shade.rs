@@ -3,6 +3,7 @@
 use super::phong::Phong;
 use super::records::Load;
 use crate::alpha::AlphaFilter;
+use crate::cone::Cone;
 use crate::medium::transmittance;
 use crate::sample::Sample;
 use crate::surface::mesh_of;
@@ -37,7 +38,7 @@ pub(super) fn shade(
         return load.weight * context.lights.environment(ray.direction);
     }
     let mut own_material = None;
-    let vertex = Vertex::new(context, &ray, &hit, None, &mut own_material);
+    let vertex = Vertex::new(context, (&ray, Cone::RAY), &hit, None, &mut own_material);
     if load.depth() == 1 {
         vertex.describe(context, vertex.bsdf_alone(&mut None), &ray, &hit, sample);
     }

@@ -109,6 +109,9 @@ impl<S: Shade> Batches for Shaded<'_, S> {
             wave.shadows.trace(context, wave.walk.as_mut(), &mut wave.samples)?;
             depth += 1;
         }
+        if let Some(walk) = &mut wave.walk {
+            stats.tile_ns += walk.take_tile_time().as_nanos() as u64;
+        }
         Ok(&wave.samples)
     }
 }
@@ -124,12 +127,12 @@ impl Wave {
     /// Starts a path for each sample of one pixel.
     #[inline(always)]
     fn generate(&mut self, context: &Context<'_>, run: Run) {
-        let pixel = run.pixel;
+        let (pixel, cone) = (run.pixel, context.camera.cone());
         for (sampler, key) in run.starts(context.settings.seed) {
             let slot = self.paths.len() as u32;
             self.rays.push(context.camera.ray(pixel, context.camera.draw(sampler)));
             self.slots.push(slot);
-            self.paths.push(PathState::new(slot, sampler, key));
+            self.paths.push(PathState::new(slot, sampler, key, cone));
             self.samples.push(Sample::MISS);
         }
     }
@@ -151,7 +154,8 @@ impl Wave {
         match &mut self.walk {
             Some(walk) => {
                 let filter = has_alpha.then_some(&filter as &dyn PagedFilter);
-                return walk.closest(context, &self.rays, filter, &mut self.hits);
+                let cone_of = |i: usize| self.paths[self.slots[i] as usize].cone;
+                return walk.closest(context, (&self.rays, cone_of), filter, &mut self.hits);
             }
             None if has_alpha => context.tracer.closest(&self.rays, &filter, &mut self.hits),
             None => context.tracer.closest(&self.rays, &AcceptAll, &mut self.hits),
@@ -170,7 +174,7 @@ impl Wave {
             depth,
             rays: &self.rays,
             hits: &self.hits,
-            corners: self.walk.as_ref().map(PageWalk::corners),
+            pages: self.walk.as_ref().map(PageWalk::hits),
             slots: &self.slots,
             paths: &mut self.paths,
             samples: &mut self.samples,

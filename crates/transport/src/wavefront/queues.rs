@@ -2,6 +2,7 @@
 
 use super::Context;
 use crate::alpha::AlphaFilter;
+use crate::cone::Cone;
 use crate::light::Odds;
 use crate::medium::MediumStack;
 use crate::pages::PageWalk;
@@ -40,6 +41,8 @@ pub(crate) struct PathState {
     pub(crate) media: MediumStack,
     /// Panes that the path has gone straight through.
     pub(crate) panes: u32,
+    /// The cone around the next ray.
+    pub(crate) cone: Cone,
     /// Whether the path has scattered at a surface that is not perfectly specular.
     pub(crate) scattered: bool,
     /// Whether the path has been bent by a dispersive medium, and carries one wavelength since.
@@ -47,7 +50,7 @@ pub(crate) struct PathState {
 }
 
 impl PathState {
-    pub(crate) fn new(slot: u32, sampler: Sampler, key: u32) -> Self {
+    pub(crate) fn new(slot: u32, sampler: Sampler, key: u32, cone: Cone) -> Self {
         Self {
             sampler,
             slot,
@@ -60,6 +63,7 @@ impl PathState {
             eta_squared: 1.0,
             media: MediumStack::EMPTY,
             panes: 0,
+            cone,
             scattered: false,
             dispersed: false,
         }

@@ -2,7 +2,7 @@
 
 use super::ahead::fetch_ahead;
 use super::{Context, PathState, ShadowQueue};
-use crate::corners::PageCorners;
+use crate::pages::{PageHit, PageHits};
 use crate::sample::Sample;
 use vastlight_math::Ray;
 use vastlight_simd::Simd8;
@@ -22,8 +22,8 @@ pub(crate) struct Stage<'w> {
     pub(crate) depth: u32,
     pub(crate) rays: &'w [Ray],
     pub(crate) hits: &'w [Hit],
-    /// Corners of the triangles that were hit, where meshes are not in memory.
-    pub(crate) corners: Option<&'w [PageCorners]>,
+    /// What is known of the triangles that were hit, where meshes are not in memory.
+    pub(crate) pages: Option<PageHits<'w>>,
     /// Which path each ray belongs to.
     pub(crate) slots: &'w [u32],
     /// By slot.
@@ -43,7 +43,7 @@ pub(crate) struct ShadeInput<'a> {
     pub(crate) depth: u32,
     pub(crate) ray: Ray,
     pub(crate) hit: Hit,
-    pub(crate) corners: Option<&'a PageCorners>,
+    pub(crate) page: Option<PageHit<'a>>,
     pub(crate) sample: &'a mut Sample,
 }
 
@@ -79,7 +79,7 @@ impl Stage<'_> {
     /// Asks the caches for what hits need that come after the ray number `met[i]`.
     #[inline(always)]
     pub(crate) fn fetch_ahead<L: Simd8>(&self, level: L, met: &[u32], i: usize) {
-        if self.corners.is_none() {
+        if self.pages.is_none() {
             fetch_ahead(level, self.context.scene, self.hits, met, i);
         }
     }
@@ -93,7 +93,7 @@ impl Stage<'_> {
                 depth: self.depth,
                 ray: self.rays[i],
                 hit: self.hits[i],
-                corners: self.corners.map(|corners| &corners[i]),
+                page: self.pages.map(|pages| pages.at(i)),
                 sample: &mut self.samples[slot as usize],
             };
             shade(input, &mut self.paths[slot as usize], self.shadows);

@@ -5,6 +5,7 @@ mod kdtree;
 mod ooc;
 mod path;
 mod sort;
+mod texture;
 mod trace;
 
 use crate::arguments::Common;
@@ -29,6 +30,7 @@ enum What {
     Sort(sort::Sort),
     Path(Box<path::Path>),
     Ooc(Box<ooc::Ooc>),
+    Texture(Box<texture::Texture>),
 }
 
 pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<Exit, Error> {
@@ -38,6 +40,7 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
         What::Kdtree(arguments) => kdtree::run(arguments, common),
         What::Sort(arguments) => sort::run(arguments),
         What::Ooc(arguments) => ooc::run(arguments, common),
+        What::Texture(arguments) => texture::run(arguments, common),
         What::Path(arguments) => path::run(arguments, common, start),
     }
 }

@@ -10,7 +10,9 @@ use vastlight::math::Affine3;
 use vastlight::paging::PolicyKind;
 use vastlight::scene::{Camera, Scene};
 use vastlight::transport::Integrator;
-use vastlight::{Control, Error, OocFigures, PagingRequest, RenderRequest, measure_ooc, peak_rss_bytes};
+use vastlight::{
+    CacheCounts, Control, Error, OocFigures, PagingRequest, RenderRequest, measure_ooc, peak_rss_bytes,
+};
 
 /// Frames of a scene in a store (.vls) through caches that hold a part of it
 #[derive(Args, Debug)]
@@ -52,7 +54,7 @@ enum View {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Mode {
+pub(super) enum Mode {
     /// Camera rays alone
     Primary,
     /// Direct light
@@ -81,7 +83,7 @@ impl View {
 }
 
 impl Mode {
-    fn apply(self, request: &mut RenderRequest) {
+    pub(super) fn apply(self, request: &mut RenderRequest) {
         let (integrator, depth) = match self {
             Self::Primary => (Integrator::Primary, 1),
             Self::Direct => (Integrator::Direct, 2),
@@ -90,7 +92,7 @@ impl Mode {
         (request.settings.integrator, request.settings.max_depth) = (integrator, depth);
     }
 
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Primary => "primary",
             Self::Direct => "direct",
@@ -133,7 +135,9 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
 
 fn print_line((strategy, camera): (&str, &str), view: View, mode: Mode, figures: &OocFigures, slowdown: f64) {
     let (geometry, attributes) = (&figures.paging.geometry, &figures.paging.attributes);
-    let bytes_read = geometry.bytes_read + attributes.bytes_read;
+    let tiles = figures.paging.tiles.as_ref();
+    let of_tiles = tiles.map_or(0, |tiles| tiles.bytes_read);
+    let bytes_read = geometry.bytes_read + attributes.bytes_read + of_tiles;
     let line = json!({
         "bench": "ooc",
         "strategy": strategy,
@@ -144,12 +148,13 @@ fn print_line((strategy, camera): (&str, &str), view: View, mode: Mode, figures:
         "slowdown": slowdown,
         "hit_rate": geometry.hit_rate(),
         "attribute_hit_rate": attributes.hit_rate(),
+        "tile_hit_rate": tiles.map(CacheCounts::hit_rate),
         "bytes_read": bytes_read,
         "bytes_per_ray": bytes_read as f64 / figures.rays.max(1) as f64,
         "frame_ms": figures.frame_ms,
         "cold_ms": figures.cold_ms,
         "rays": figures.rays,
-        "stall_ms": geometry.stall_ms + attributes.stall_ms,
+        "stall_ms": geometry.stall_ms + attributes.stall_ms + tiles.map_or(0.0, |tiles| tiles.stall_ms),
         "resident_pages": geometry.resident_pages,
         "peak_rss_bytes": peak_rss_bytes(),
     });

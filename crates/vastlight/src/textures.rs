@@ -1,0 +1,120 @@
+//! Textures of a scene that is packed: from images to tiles.
+
+use crate::Error;
+use std::collections::BTreeSet;
+use vastlight_scene::{Content, Environment, ImageRows, SceneDesc, texture_uses};
+use vastlight_store::{StoreWriter, is_worth_tiles};
+
+/// Puts the images that may leave memory into tiles, and takes their texels out of `desc`. Rows of images without texels come from
+/// `rows`; those that must stay in memory get their texels.
+///
+/// What hits and light depend on stays: images of environments, of emission, of the alpha of surfaces with holes, of window panes;
+/// and small images.
+pub(crate) fn pack(
+    desc: &mut SceneDesc,
+    mut rows: Vec<ImageRows>,
+    tile_bytes: usize,
+    writer: &mut StoreWriter,
+) -> Result<(), Error> {
+    for image in 0..desc.images.len() as u32 {
+        let of_image = rows.iter().position(|rows| rows.image == image).map(|at| rows.swap_remove(at));
+        if !put_in_tiles(desc, image, of_image.as_ref(), tile_bytes, writer)?
+            && let Some(rows) = of_image
+        {
+            rows.fill(desc)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether the image is in tiles now.
+fn put_in_tiles(
+    desc: &mut SceneDesc,
+    number: u32,
+    rows: Option<&ImageRows>,
+    tile_bytes: usize,
+    writer: &mut StoreWriter,
+) -> Result<bool, Error> {
+    let contents = contents_in_tiles(desc, number);
+    let image = &desc.images[number as usize];
+    let row = image.width as usize * usize::from(image.channels.clamp(1, 4));
+    let whole = rows.is_some() || image.texels.len() >= row * image.height as usize;
+    if contents.is_empty() || !whole || !is_worth_tiles(image, tile_bytes) {
+        return Ok(false);
+    }
+    for content in contents {
+        let mut made = rows.map(|rows| (rows.open)()).transpose()?;
+        let mut y = 0;
+        let added = writer.add_texture((number, image), content, tile_bytes, |out| match &mut made {
+            Some(next) => next(out).map_err(Error::from),
+            None => {
+                out.append(&image.texels, y * row..(y + 1) * row);
+                y += 1;
+                Ok(())
+            }
+        })?;
+        if !added {
+            return Ok(false);
+        }
+    }
+    let texels = image.texels.none_like();
+    desc.images[number as usize].texels = texels;
+    Ok(true)
+}
+
+/// What the numbers of an image are to those who look it up; nothing if it must stay in memory.
+fn contents_in_tiles(desc: &SceneDesc, image: u32) -> BTreeSet<Content> {
+    let lights_all = matches!(&desc.environment, Some(Environment::Map { image: map, .. }) if *map == image);
+    let uses = texture_uses(&desc.materials, &desc.textures);
+    let of_image =
+        || uses.iter().zip(&desc.textures).filter(|(_, t)| t.image == image).map(|(found, _)| found);
+    if lights_all || of_image().any(|found| found.exact) {
+        return BTreeSet::new();
+    }
+    of_image().filter(|found| found.filtered).map(|found| found.content).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_math::Vec3;
+    use vastlight_scene::{AlphaMode, Channel, ColorInput, Encoding, Image, Material, Texels, Texture};
+
+    #[test]
+    fn what_hits_and_light_depend_on_stays_in_memory() {
+        let image = Image {
+            name: "i".into(),
+            width: 64,
+            height: 64,
+            channels: 4,
+            texels: Texels::U8(vec![1; 64 * 64 * 4]),
+        };
+        let textured = ColorInput { factor: Vec3::ONE, texture: Some(0) };
+        let with = |change: &dyn Fn(&mut Material)| {
+            let mut material = Material { base_color: textured, ..Material::new("m") };
+            change(&mut material);
+            SceneDesc {
+                images: vec![image.clone()],
+                textures: vec![Texture::new(0, Encoding::Srgb)],
+                materials: vec![material],
+                ..SceneDesc::default()
+            }
+        };
+        let leaf = |mode: AlphaMode| {
+            with(&|m| {
+                m.alpha_mode = mode;
+                m.alpha.texture = Some((0, Channel::A));
+            })
+        };
+        assert_eq!(contents_in_tiles(&with(&|_| {}), 0), [Content::Color].into());
+        assert_eq!(contents_in_tiles(&leaf(AlphaMode::Opaque), 0), [Content::Color].into());
+        assert!(contents_in_tiles(&leaf(AlphaMode::Blend), 0).is_empty());
+        assert!(contents_in_tiles(&with(&|m| m.emission = textured), 0).is_empty());
+        let pane = with(&|m| (m.transmission.factor, m.roughness.factor) = (1.0, 0.0));
+        assert!(contents_in_tiles(&pane, 0).is_empty());
+        let environment = Some(Environment::Map { image: 0, rotation: 0.0, strength: 1.0 });
+        assert!(contents_in_tiles(&SceneDesc { environment, ..with(&|_| {}) }, 0).is_empty());
+        let unused = with(&|m| m.base_color.texture = None);
+        assert!(contents_in_tiles(&unused, 0).is_empty());
+    }
+}
