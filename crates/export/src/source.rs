@@ -2,7 +2,9 @@
 
 use crate::ExportError;
 use std::cell::Cell;
-use vastlight_scene::{Instance, Mesh, Piece, PieceInstance, Scene, SceneError, SceneStream};
+use vastlight_scene::{
+    Instance, Mesh, MeshPreparation, Piece, PieceInstance, Scene, SceneError, SceneStream, can_be_placed,
+};
 
 /// What is done with a mesh and its placements.
 pub(crate) type Visit<'a> = dyn FnMut(&Mesh, &[PieceInstance]) -> Result<(), ExportError> + 'a;
@@ -57,7 +59,7 @@ pub(crate) type Make<'a> = dyn Fn() -> Result<SceneStream, SceneError> + 'a;
 pub(crate) struct Streamed<'a> {
     make: &'a Make<'a>,
     tables: Scene,
-    names: usize,
+    preparation: MeshPreparation,
     triangles: Option<u64>,
     placed: Cell<u64>,
 }
@@ -66,9 +68,9 @@ impl<'a> Streamed<'a> {
     pub(crate) fn new(make: &'a Make<'a>) -> Result<Self, ExportError> {
         let SceneStream { mut desc, triangles, rows, .. } = make()?;
         rows.iter().try_for_each(|rows| rows.fill(&mut desc))?;
-        let names = desc.names.len();
         let tables = Scene::new(desc)?;
-        Ok(Self { make, tables, names, triangles, placed: Cell::new(0) })
+        let preparation = MeshPreparation::new(tables.desc());
+        Ok(Self { make, tables, preparation, triangles, placed: Cell::new(0) })
     }
 
     /// Triangles of all placements that the last walk found.
@@ -78,11 +80,10 @@ impl<'a> Streamed<'a> {
 
     fn prepared(&self, piece: Result<Piece, SceneError>) -> Result<Piece, ExportError> {
         let mut piece = piece?;
-        self.tables.prepare(&mut piece.mesh)?;
-        piece
-            .instances
-            .retain(|i| i.world_from_object.is_finite() && i.world_from_object.inverse().is_finite());
-        match piece.instances.iter().find(|i| i.name as usize >= self.names) {
+        self.preparation.prepare(&mut piece.mesh)?;
+        piece.instances.retain(|i| can_be_placed(&i.world_from_object));
+        let names = self.tables.desc().names.len();
+        match piece.instances.iter().find(|i| i.name as usize >= names) {
             Some(i) => {
                 Err(SceneError::new(format!("name {} does not exist", i.name), "instances", "").into())
             }

@@ -31,7 +31,7 @@ pub use light::{IesProfile, Light, LightKind};
 pub use material::{AlphaMode, Channel, ColorInput, Conductor, Material, NormalMap, ScalarInput};
 pub use mesh::{Mesh, Part};
 pub use pyramid::{Content, PyramidRows, level_sizes, pyramid};
-pub use scene::{MeshExtent, MeshPreparation, Scene};
+pub use scene::{MeshExtent, MeshPreparation, Scene, can_be_placed};
 pub use stream::{ImageRows, NextRow, Piece, PieceInstance, Pieces, SceneStream, read_ahead};
 pub use texel::TexelReader;
 pub use texture_use::{TextureRole, TextureUse, texture_uses};

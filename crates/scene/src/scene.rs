@@ -6,7 +6,7 @@ use crate::{
     SceneDesc, SceneError, Sky, Texture,
 };
 use rayon::prelude::*;
-use vastlight_math::{Aabb, Vec3};
+use vastlight_math::{Aabb, Affine3, Vec3};
 
 /// A scene that has been checked: every index is in range, every position finite and on its mesh's lattice, there is
 /// at least one material and one camera, and something shines.
@@ -120,18 +120,6 @@ impl Scene {
     #[must_use]
     pub fn extents(&self) -> &[MeshExtent] {
         &self.extents
-    }
-
-    /// Checks and completes one more mesh as [`Scene::new`] does with those of its description; the scene stays as it
-    /// is. For meshes that come one by one.
-    ///
-    /// # Errors
-    /// The first index out of range.
-    pub fn prepare(&self, mesh: &mut Mesh) -> Result<Vec<Diagnostic>, SceneError> {
-        check_mesh(mesh, self.desc.materials.len())?;
-        let found = repair_mesh(mesh);
-        tangents::derive(mesh, &tangent_sets(&self.desc.materials, &self.desc.textures));
-        Ok(found)
     }
 
     /// Meshes, shared by instances.
@@ -313,12 +301,15 @@ fn mesh_findings(mesh: &Mesh, broken: usize, degenerate: usize) -> Vec<Diagnosti
     found
 }
 
+/// Whether a mesh can be placed by this map: it is finite, and so is its inverse.
+#[must_use]
+pub fn can_be_placed(world_from_object: &Affine3) -> bool {
+    world_from_object.is_finite() && world_from_object.inverse().is_finite()
+}
+
 fn drop_singular_instances(desc: &mut SceneDesc) {
     let before = desc.instances.len();
-    desc.instances.retain(|i| {
-        let m = i.world_from_object;
-        m.is_finite() && m.inverse().is_finite()
-    });
+    desc.instances.retain(|i| can_be_placed(&i.world_from_object));
     let dropped = before - desc.instances.len();
     if dropped > 0 {
         desc.diagnostics.warn(
@@ -360,7 +351,6 @@ fn environment_or_sky(desc: &mut SceneDesc) -> Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vastlight_math::Affine3;
 
     fn one_triangle() -> SceneDesc {
         SceneDesc {
@@ -434,10 +424,16 @@ mod tests {
         let mut mesh = desc.meshes[0].clone();
         let scene = Scene::new(desc).expect("valid");
         assert_ne!(mesh, scene.meshes()[0]);
-        scene.prepare(&mut mesh).expect("valid");
+        MeshPreparation::new(scene.desc()).prepare(&mut mesh).expect("valid");
         assert_eq!(mesh, scene.meshes()[0]);
         mesh.triangles.push([0, 1, 9]);
-        assert!(scene.prepare(&mut mesh).expect_err("out of range").what.contains("vertex index 9"));
+        assert!(
+            MeshPreparation::new(scene.desc())
+                .prepare(&mut mesh)
+                .expect_err("out of range")
+                .what
+                .contains("vertex index 9")
+        );
     }
 
     #[test]

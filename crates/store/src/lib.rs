@@ -18,6 +18,6 @@ pub use attributes::{
 };
 pub use error::StoreError;
 pub use pack::{PackConfig, PackedMesh, PageStrategy};
-pub use read::{MOST_PAGE_BYTES, Store};
+pub use read::{MOST_PAGE_BYTES, Store, StoredPages};
 pub use tiles::{Level, StoredTexture, TILE_BYTES, TileGrid, is_worth_tiles};
 pub use write::{StoreSize, StoreWriter};

@@ -24,12 +24,19 @@ pub const MOST_PAGE_BYTES: u32 = 1 << 18;
 /// An open store.
 #[derive(Debug)]
 pub struct Store {
-    /// Where pages come from.
-    pub source: Arc<dyn Source>,
     /// Everything but geometry, and that of meshes that shine.
     pub desc: SceneDesc,
     /// Sizes of the meshes.
     pub extents: Vec<MeshExtent>,
+    /// Where all else is.
+    pub pages: StoredPages,
+}
+
+/// What rays need of a store beside its scene.
+#[derive(Debug)]
+pub struct StoredPages {
+    /// Where pages come from.
+    pub source: Arc<dyn Source>,
     /// What is above the pages of each mesh.
     pub meshes: Vec<Arc<CompactMesh>>,
     /// Which attributes the vertices of each mesh have.
@@ -42,7 +49,7 @@ pub struct Store {
     pub attributes: Directory,
     /// Where the attributes of a triangle are.
     pub index: AttributeIndex,
-    /// Images whose texels are in tiles; in `desc` they have none.
+    /// Images whose texels are in tiles; in the scene they have none.
     pub textures: Vec<StoredTexture>,
     /// Where tiles are.
     pub tiles: Directory,
@@ -76,19 +83,9 @@ impl Store {
         drop(file);
         let blocks = rows.iter().any(|row| row.strategy == PageStrategy::Blocks as u32);
         let strategy = if blocks { PageStrategy::Blocks } else { PageStrategy::Treelets };
-        Ok(Self {
-            source,
-            desc,
-            extents,
-            meshes,
-            layouts,
-            strategy,
-            geometry,
-            attributes,
-            index,
-            textures,
-            tiles,
-        })
+        let pages =
+            StoredPages { source, meshes, layouts, strategy, geometry, attributes, index, textures, tiles };
+        Ok(Self { desc, extents, pages })
     }
 }
 

@@ -35,7 +35,7 @@ pub use error::{Error, ErrorClass};
 pub use load::{LoadOptions, describe, load, stream};
 pub use memory::{MemoryEstimate, default_budget_bytes, human_bytes, parse_bytes, peak_rss_bytes};
 pub use ooc::{OocFigures, measure_ooc};
-pub use open::{OpenScene, StoredMeshes, open, open_store};
+pub use open::{OpenScene, open, open_store};
 pub use overrides::Overrides;
 pub use pack::pack;
 pub use paged::PagingRequest;

@@ -70,7 +70,7 @@ impl Parts<'_> {
         };
         let caches = paged::caches(stored, request, materials.most_tiles())?;
         let renderer = Renderer::new(&open.scene, tracer, materials, lights, request.settings.clone());
-        let renderer = renderer.with_pages(stored.pages(&caches, &request.paging));
+        let renderer = renderer.with_pages(paged::through(stored, &caches, &request.paging));
         let ids = Ids::new(&open.scene, &[]);
         let (_, cold_ms) = frame(&renderer, &ids, request, control)?;
         let mut figures = None;

@@ -1,16 +1,13 @@
 //! Scenes as they are opened: in memory, or as a store whose pages come when they are needed.
 
 use crate::load::{LoadOptions, adapt, describe};
-use crate::paged::{PagingRequest, paths_per_batch};
 use crate::{Error, ErrorClass};
 use std::path::Path;
 use std::sync::Arc;
-use vastlight_accel::compact::CompactMesh;
-use vastlight_paging::{Directory, FileSource, KernelCache, PageError, Source};
+use vastlight_paging::{FileSource, KernelCache, PageError, Source};
 use vastlight_scene::{Scene, TextureUse, texture_uses};
-use vastlight_store::{AttributeIndex, AttributeLayout, PageStrategy, Store, StoreError, StoredTexture};
-use vastlight_trace::paged::Caches;
-use vastlight_transport::{MaterialTable, PagedGeometry, PagesError};
+use vastlight_store::{Store, StoreError, StoredPages, StoredTexture};
+use vastlight_transport::{MaterialTable, PagesError};
 
 /// The extension of stores.
 pub(crate) const STORE: &str = "vls";
@@ -20,39 +17,8 @@ pub(crate) const STORE: &str = "vls";
 pub struct OpenScene {
     /// The scene; if it is [`stored`](Self::stored), most of its meshes have no geometry.
     pub scene: Scene,
-    /// What is known of meshes in a store.
-    pub stored: Option<StoredMeshes>,
-}
-
-/// Meshes in a store.
-#[derive(Debug)]
-pub struct StoredMeshes {
-    /// The store.
-    pub source: Arc<dyn Source>,
-    /// What is above the pages of each mesh.
-    pub meshes: Vec<Arc<CompactMesh>>,
-    /// Which attributes the vertices of each mesh have.
-    pub layouts: Vec<AttributeLayout>,
-    /// What pages of geometry are.
-    pub strategy: PageStrategy,
-    /// Pages of geometry.
-    pub geometry: Directory,
-    /// Pages of attributes.
-    pub attributes: Directory,
-    /// Where the attributes of a triangle are.
-    pub index: AttributeIndex,
-    /// Images whose texels are in tiles.
-    pub textures: Vec<StoredTexture>,
-    /// Tiles of textures.
-    pub tiles: Directory,
-}
-
-impl StoredMeshes {
-    /// The meshes through caches over their pages.
-    pub(crate) fn pages<'a>(&'a self, caches: &'a Caches, paging: &PagingRequest) -> PagedGeometry<'a> {
-        let wave_paths = paths_per_batch(paging);
-        PagedGeometry { caches, index: &self.index, layouts: &self.layouts, wave_paths }
-    }
+    /// Where the rest is, of a scene in a store.
+    pub stored: Option<StoredPages>,
 }
 
 impl OpenScene {
@@ -96,23 +62,11 @@ pub(crate) fn is_store(source: &str) -> bool {
 /// # Errors
 /// If it cannot be read or is damaged, or an override names what is not there.
 pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<OpenScene, Error> {
-    let Store {
-        source,
-        mut desc,
-        extents,
-        meshes,
-        layouts,
-        strategy,
-        geometry,
-        attributes,
-        index,
-        textures,
-        tiles,
-    } = Store::open(source)?;
+    let Store { mut desc, extents, pages } = Store::open(source)?;
     adapt(&mut desc, options)?;
     let instances = desc.instances.len();
     let scene = Scene::with_meshes_elsewhere(desc, extents)?;
-    let name = source.name();
+    let name = pages.source.name();
     if scene.instances().len() != instances {
         return Err(Error::scene(
             "an instance is singular",
@@ -124,13 +78,11 @@ pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<Open
         let what = format!("material \"{material}\" is made to shine, but its triangles are not in memory");
         return Err(Error::usage(what, name, "pack the scene with this override"));
     }
-    if let Some(image) = missing_texels(&scene, &textures) {
+    if let Some(image) = missing_texels(&scene, &pages.textures) {
         let what = format!("a material needs image \"{image}\" as a whole, but its texels are in tiles");
         return Err(Error::usage(what, name, "pack the scene with this override"));
     }
-    let stored =
-        StoredMeshes { source, meshes, layouts, strategy, geometry, attributes, index, textures, tiles };
-    Ok(OpenScene { scene, stored: Some(stored) })
+    Ok(OpenScene { scene, stored: Some(pages) })
 }
 
 /// An image that a material looks up in a way that its tiles do not serve.
@@ -172,8 +124,9 @@ impl From<PagesError> for Error {
     fn from(error: PagesError) -> Self {
         match error {
             PagesError::Page(error) => error.into(),
-            PagesError::FewTiles { .. } => Self::new(ErrorClass::Memory, error.to_string(), "page cache", ""),
-            PagesError::Cache(error) => Self::new(ErrorClass::Memory, error.to_string(), "page cache", ""),
+            PagesError::FewTiles { .. } | PagesError::Cache(_) => {
+                Self::new(ErrorClass::Memory, error.to_string(), "page cache", "")
+            }
         }
     }
 }

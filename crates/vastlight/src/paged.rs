@@ -1,13 +1,13 @@
 //! Memory and threads for a scene in a store.
 
 use crate::memory::{film_bytes, human_bytes, rss_bytes};
-use crate::open::StoredMeshes;
 use crate::{Error, ErrorClass, RenderRequest, default_budget_bytes, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
 use vastlight_paging::{CacheConfig, Directory, PageCache, PolicyKind};
+use vastlight_store::StoredPages;
 use vastlight_trace::paged::Caches;
-use vastlight_transport::Evaluated;
+use vastlight_transport::{Evaluated, PagedGeometry};
 
 /// Bytes of a path on its way through pages: its ray, hit, corners and their attributes, and what it casts.
 const PATH_BYTES: u64 = 1700;
@@ -78,69 +78,112 @@ pub(crate) fn paths_per_batch(paging: &PagingRequest) -> u64 {
     paging.paths_per_batch.unwrap_or_else(fitting)
 }
 
+/// The meshes and textures of a store through caches over their pages.
+pub(crate) fn through<'a>(
+    stored: &'a StoredPages,
+    caches: &'a Caches,
+    paging: &PagingRequest,
+) -> PagedGeometry<'a> {
+    let wave_paths = paths_per_batch(paging);
+    PagedGeometry { caches, index: &stored.index, layouts: &stored.layouts, wave_paths }
+}
+
 /// The caches that fit into what is left of the memory; to be called on the pool when all else is there. The evaluation of a
 /// material needs `most_tiles` tiles of textures at once.
 pub(crate) fn caches(
-    stored: &StoredMeshes,
+    stored: &StoredPages,
     request: &RenderRequest,
     most_tiles: usize,
 ) -> Result<Caches, Error> {
-    let batches = rayon::current_num_threads();
-    let paging = &request.paging;
-    let limits = |slack, pages| CacheConfig {
-        slack,
-        most_batches: batches,
-        policy: paging.policy,
-        ..CacheConfig::new(batches * pages, SLOT_UNIT)
-    };
-    let geometry = Pages::new(&stored.geometry, limits(SLACK, LEAST_PAGES[0]));
-    let attributes = Pages::new(&stored.attributes, limits(0, LEAST_PAGES[1]));
-    let least_tiles = most_tiles.max(LEAST_PAGES[1]) * RESERVE / (RESERVE - 1) + 1;
-    let tiles = (stored.tiles.pages() > 0).then(|| Pages::new(&stored.tiles, limits(0, least_tiles)));
-    if let Some(fraction) = paging.cache_fraction {
-        return Ok(Caches {
-            geometry: geometry.part(stored, fraction)?,
-            attributes: attributes.part(stored, fraction)?,
-            tiles: match (&tiles, paging.tile_memory) {
-                (Some(tiles), Some(bytes)) => Some(tiles.cache(stored, bytes)?),
-                (Some(tiles), None) => Some(tiles.part(stored, fraction)?),
-                (None, _) => None,
-            },
-        });
+    let kinds = Kinds::new(stored, &request.paging, most_tiles);
+    match request.paging.cache_fraction {
+        Some(fraction) => kinds.part(fraction, request.paging.tile_memory),
+        None => kinds.within(request),
     }
-    let path_bytes = PATH_BYTES + if tiles.is_some() { MATERIAL_BYTES } else { 0 };
-    let film = film_bytes(request.settings.region().pixels(), &request.aovs);
-    let buffers = 2 * stored.source.buffer_bytes(geometry.config.io_threads) as u64;
-    let fixed = rss_bytes().unwrap_or(0)
-        + film
-        + batches as u64 * paths_per_batch(paging) * path_bytes
-        + buffers
-        + MARGIN;
-    let (least_of_tiles, most_of_tiles) = tiles.as_ref().map_or((0, 0), |t| (t.least(), t.most()));
-    let least_of_others = geometry.least() + attributes.least();
-    let most_of_others = geometry.most() + attributes.most();
-    let (least, most) = (least_of_others + least_of_tiles, most_of_others + most_of_tiles);
-    let budget = paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
-    let needed = (fixed + least).max(peak_rss_bytes().unwrap_or(0));
-    if needed > budget {
-        let (needed, budget) = (human_bytes(needed), human_bytes(budget));
-        let what = format!("at least {needed} are needed, the budget is {budget}");
-        let hint = "a larger --memory, fewer --threads or a smaller picture";
-        return Err(Error::new(ErrorClass::Memory, what, "--memory", hint));
+}
+
+/// All kinds of pages of a store.
+struct Kinds<'s> {
+    stored: &'s StoredPages,
+    geometry: Pages<'s>,
+    attributes: Pages<'s>,
+    tiles: Option<Pages<'s>>,
+}
+
+impl<'s> Kinds<'s> {
+    fn new(stored: &'s StoredPages, paging: &PagingRequest, most_tiles: usize) -> Self {
+        let batches = rayon::current_num_threads();
+        let limits = |slack, pages| CacheConfig {
+            slack,
+            most_batches: batches,
+            policy: paging.policy,
+            ..CacheConfig::new(batches * pages, SLOT_UNIT)
+        };
+        let least_tiles = most_tiles.max(LEAST_PAGES[1]) * RESERVE / (RESERVE - 1) + 1;
+        let has_tiles = stored.tiles.pages() > 0;
+        Self {
+            stored,
+            geometry: Pages::new(&stored.geometry, limits(SLACK, LEAST_PAGES[0])),
+            attributes: Pages::new(&stored.attributes, limits(0, LEAST_PAGES[1])),
+            tiles: has_tiles.then(|| Pages::new(&stored.tiles, limits(0, least_tiles))),
+        }
     }
-    let room = (budget - fixed).min(most);
-    let for_tiles = (room / TILE_SHARE).max(room.saturating_sub(most_of_others));
-    let for_tiles = paging.tile_memory.unwrap_or(for_tiles);
-    let for_tiles = for_tiles.clamp(least_of_tiles, room - least_of_others).min(most_of_tiles);
-    let room = room - for_tiles;
-    // What one of them does not need the other gets.
-    let share = (room / 16 * GEOMETRY_SHARE).max(room.saturating_sub(attributes.most()));
-    let for_geometry = share.clamp(geometry.least(), room - attributes.least()).min(geometry.most());
-    Ok(Caches {
-        geometry: geometry.cache(stored, for_geometry)?,
-        attributes: attributes.cache(stored, room - for_geometry)?,
-        tiles: tiles.map(|tiles| tiles.cache(stored, for_tiles)).transpose()?,
-    })
+
+    /// Caches of a part of all pages; of so many bytes for tiles, if they are given.
+    fn part(&self, fraction: f32, tile_memory: Option<u64>) -> Result<Caches, Error> {
+        let bytes_of = |pages: &Pages<'_>| pages.part(fraction);
+        let for_tiles = tile_memory.or(self.tiles.as_ref().map(bytes_of)).unwrap_or(0);
+        self.caches([bytes_of(&self.geometry), bytes_of(&self.attributes), for_tiles])
+    }
+
+    /// Caches for what a request's memory leaves.
+    fn within(&self, request: &RenderRequest) -> Result<Caches, Error> {
+        let Self { geometry, attributes, tiles, .. } = self;
+        let fixed = self.fixed_bytes(request);
+        let (least_of_tiles, most_of_tiles) = tiles.as_ref().map_or((0, 0), |t| (t.least(), t.most()));
+        let least_of_others = geometry.least() + attributes.least();
+        let most_of_others = geometry.most() + attributes.most();
+        let budget = request.paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
+        check_budget(fixed + least_of_others + least_of_tiles, budget)?;
+        let room = (budget - fixed).min(most_of_others + most_of_tiles);
+        // What one kind does not need the others get.
+        let for_tiles = (room / TILE_SHARE).max(room.saturating_sub(most_of_others));
+        let for_tiles = request.paging.tile_memory.unwrap_or(for_tiles);
+        let for_tiles = for_tiles.clamp(least_of_tiles, room - least_of_others).min(most_of_tiles);
+        let room = room - for_tiles;
+        let share = (room / 16 * GEOMETRY_SHARE).max(room.saturating_sub(attributes.most()));
+        let for_geometry = share.clamp(geometry.least(), room - attributes.least()).min(geometry.most());
+        self.caches([for_geometry, room - for_geometry, for_tiles])
+    }
+
+    /// Bytes of all but the caches.
+    fn fixed_bytes(&self, request: &RenderRequest) -> u64 {
+        let paths = rayon::current_num_threads() as u64 * paths_per_batch(&request.paging);
+        let path_bytes = PATH_BYTES + if self.tiles.is_some() { MATERIAL_BYTES } else { 0 };
+        let film = film_bytes(request.settings.region().pixels(), &request.aovs);
+        let buffers = 2 * self.stored.source.buffer_bytes(self.geometry.config.io_threads) as u64;
+        rss_bytes().unwrap_or(0) + film + paths * path_bytes + buffers + MARGIN
+    }
+
+    fn caches(&self, [geometry, attributes, tiles]: [u64; 3]) -> Result<Caches, Error> {
+        Ok(Caches {
+            geometry: self.geometry.cache(self.stored, geometry)?,
+            attributes: self.attributes.cache(self.stored, attributes)?,
+            tiles: self.tiles.as_ref().map(|pages| pages.cache(self.stored, tiles)).transpose()?,
+        })
+    }
+}
+
+/// Refuses what does not fit.
+fn check_budget(needed: u64, budget: u64) -> Result<(), Error> {
+    let needed = needed.max(peak_rss_bytes().unwrap_or(0));
+    if needed <= budget {
+        return Ok(());
+    }
+    let (needed, budget) = (human_bytes(needed), human_bytes(budget));
+    let what = format!("at least {needed} are needed, the budget is {budget}");
+    let hint = "a larger --memory, fewer --threads or a smaller picture";
+    Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
 }
 
 /// Pages of a kind.
@@ -175,14 +218,14 @@ impl<'d> Pages<'d> {
         self.bytes(self.directory.pages().max(self.config.slots))
     }
 
-    /// A cache of a part of all pages.
-    fn part(&self, stored: &StoredMeshes, fraction: f32) -> Result<PageCache, Error> {
+    /// Bytes of a cache for a part of all pages.
+    fn part(&self, fraction: f32) -> u64 {
         let slots = (self.directory.pages() as f64 * f64::from(fraction)).ceil() as usize;
-        self.cache(stored, self.bytes(slots.max(self.config.slots)))
+        self.bytes(slots.max(self.config.slots))
     }
 
     /// The largest cache of at most so many bytes.
-    fn cache(&self, stored: &StoredMeshes, bytes: u64) -> Result<PageCache, Error> {
+    fn cache(&self, stored: &StoredPages, bytes: u64) -> Result<PageCache, Error> {
         let each = (self.bytes(self.config.slots + 1) - self.least()).max(1);
         let more = bytes.saturating_sub(self.least()) / each;
         let slots = (self.config.slots + more as usize).min(self.directory.pages().max(self.config.slots));

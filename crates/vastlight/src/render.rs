@@ -121,7 +121,7 @@ fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>)
         .map(|stored| paged::caches(stored, request, materials.most_tiles()))
         .transpose()?;
     let renderer = match (&open.stored, &caches) {
-        (Some(stored), Some(caches)) => renderer.with_pages(stored.pages(caches, &request.paging)),
+        (Some(stored), Some(caches)) => renderer.with_pages(paged::through(stored, caches, &request.paging)),
         _ => renderer,
     };
     let ids = Ids::new(scene, &request.aovs);

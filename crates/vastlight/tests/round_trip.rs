@@ -1,10 +1,10 @@
 //! A demo scene written as GLB and read again gives the same picture, bit by bit.
 
-use std::sync::atomic::AtomicBool;
+mod common;
+
 use vastlight::film::Picture;
 use vastlight::scene::generate::names;
-use vastlight::transport::RenderSettings;
-use vastlight::{CameraChoice, Control, LoadOptions, OpenScene, RenderRequest, export, load, render};
+use vastlight::{LoadOptions, export, load};
 
 /// Demos that have the same path from file to picture as others here, and millions of triangles.
 const LARGE: [&str; 3] = ["city", "plant", "terrain"];
@@ -17,11 +17,7 @@ fn small(name: &str) -> vastlight::scene::Scene {
 }
 
 fn picture(scene: &vastlight::scene::Scene) -> Picture {
-    let camera = CameraChoice::default().resolve(scene).expect("a camera");
-    let request = RenderRequest::new(RenderSettings::new(camera, 64, 36), 2);
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-    let open = OpenScene::from(scene.clone());
-    render(&open, &request, &control).expect("renders").develop()
+    common::picture(&scene.clone().into(), &common::request(scene)).expect("renders")
 }
 
 fn pixels(picture: &Picture) -> impl Iterator<Item = f32> {

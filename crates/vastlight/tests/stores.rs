@@ -1,18 +1,15 @@
 //! Pictures of stores: the same as of the scene in memory, whatever part of the store fits into memory; and damaged
 //! stores.
 
+mod common;
+
+use common::{differing, opened as opened_with, packed as packed_with, request};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use vastlight::film::Picture;
 use vastlight::paging::{Fault, Faulty, MemorySource, When};
-use vastlight::scene::Scene;
 use vastlight::store::PackConfig;
-use vastlight::transport::RenderSettings;
-use vastlight::{
-    CameraChoice, Control, Error, ErrorClass, LoadOptions, OpenScene, RenderRequest, load, open, open_store,
-    pack, render, stream,
-};
+use vastlight::{Error, ErrorClass, LoadOptions, OpenScene, load, open, open_store, pack, stream};
 
 fn options() -> LoadOptions {
     let mut options = LoadOptions::default();
@@ -26,34 +23,17 @@ fn fitting(name: &str) -> LoadOptions {
 }
 
 fn packed(name: &str, page_bytes: usize) -> Vec<u8> {
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("scene.vls");
-    let config = PackConfig { page_bytes, ..PackConfig::default() };
-    pack(stream(name, &fitting(name)).expect("a demo"), &path, &config, |_| {}).expect("packs");
-    std::fs::read(path).expect("reads")
+    packed_with(name, &fitting(name), &PackConfig { page_bytes, ..PackConfig::default() }).0
 }
 
 fn opened(bytes: Vec<u8>) -> Result<OpenScene, Error> {
-    open_store(Arc::new(MemorySource::new("a store", bytes)), &LoadOptions::default())
-}
-
-fn request(scene: &Scene) -> RenderRequest {
-    let camera = CameraChoice::default().resolve(scene).expect("a camera");
-    RenderRequest::new(RenderSettings::new(camera, 64, 36), 2)
+    opened_with(bytes, &LoadOptions::default())
 }
 
 fn picture(open: &OpenScene, cache_fraction: Option<f32>) -> Result<Picture, Error> {
     let mut request = request(&open.scene);
     request.paging.cache_fraction = cache_fraction;
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-    Ok(render(open, &request, &control)?.develop())
-}
-
-fn differing(a: &Picture, b: &Picture) -> usize {
-    let pixels = |p: &Picture| p.planes.iter().flat_map(|plane| plane.values.clone()).collect::<Vec<f32>>();
-    let (a, b) = (pixels(a), pixels(b));
-    assert_eq!(a.len(), b.len());
-    a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+    common::picture(open, &request)
 }
 
 #[test]
@@ -69,8 +49,7 @@ fn pictures_do_not_depend_on_what_is_in_memory() {
         }
         let mut other = request(&stored.scene);
         other.settings.seed = 1;
-        let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-        let other = render(&stored, &other, &control).expect("renders").develop();
+        let other = common::picture(&stored, &other).expect("renders");
         assert!(differing(&other, &expected) > 1000, "{name}: another seed is another picture");
     }
 }
@@ -94,24 +73,16 @@ fn what_does_not_fit_is_refused_before_work() {
     let stored = opened(packed("demo:cornell", 1 << 14)).expect("opens");
     let mut request = request(&stored.scene);
     request.paging.memory = Some(1 << 20);
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-    let error = render(&stored, &request, &control).expect_err("too small");
+    let error = common::picture(&stored, &request).expect_err("too small");
     assert_eq!(error.class, ErrorClass::Memory);
     assert!(error.what.contains("needed"), "{error}");
-}
-
-/// Renders a damaged store; the error if there is one.
-fn outcome(bytes: Vec<u8>) -> Option<Error> {
-    match opened(bytes) {
-        Ok(stored) => picture(&stored, Some(0.5)).err(),
-        Err(error) => Some(error),
-    }
 }
 
 #[test]
 fn damaged_stores_are_errors_that_say_where() {
     let sound = packed("demo:cornell", 1 << 12);
-    assert_eq!(outcome(sound.clone()), None);
+    let outcome = |bytes| picture(&opened(bytes)?, Some(0.5));
+    let expected = outcome(sound.clone()).expect("renders");
     let (mut state, mut refused) = (11_u64, 0);
     for round in 0..300 {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -122,13 +93,16 @@ fn damaged_stores_are_errors_that_say_where() {
         } else {
             bytes[place] ^= 1 << (round % 8);
         }
-        if let Some(error) = outcome(bytes) {
-            refused += 1;
-            assert_eq!(error.class, ErrorClass::Scene, "{error}");
-            assert!(error.to_string().contains("a store"), "{error}");
+        match outcome(bytes) {
+            // What was hit is padding, or a page that no ray looks at.
+            Ok(found) => assert_eq!(differing(&found, &expected), 0, "{place}"),
+            Err(error) => {
+                refused += 1;
+                assert_eq!(error.class, ErrorClass::Scene, "{error}");
+                assert!(error.to_string().contains("a store"), "{error}");
+            }
         }
     }
-    // What is left is padding, or pages that no ray looks at.
     assert!(refused > 150, "{refused}");
 }
 

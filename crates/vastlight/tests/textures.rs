@@ -1,16 +1,11 @@
 //! Textures in tiles: the picture of a store is that of the scene in memory, whatever part of the tiles fits into memory.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+mod common;
+
+use common::{differing, opened, request};
 use vastlight::film::Picture;
-use vastlight::paging::MemorySource;
-use vastlight::scene::Scene;
 use vastlight::store::PackConfig;
-use vastlight::transport::RenderSettings;
-use vastlight::{
-    CameraChoice, Control, Error, LoadOptions, OpenScene, Overrides, RenderRequest, load, open_store, pack,
-    render, stream,
-};
+use vastlight::{Error, LoadOptions, OpenScene, Overrides, load};
 
 const HALL: &str = "demo:textured-hall";
 
@@ -21,37 +16,18 @@ fn options() -> LoadOptions {
 }
 
 fn packed(tile_bytes: usize) -> Vec<u8> {
-    let directory = tempfile::tempdir().expect("a directory");
-    let path = directory.path().join("scene.vls");
     let config = PackConfig { tile_bytes, ..PackConfig::default() };
-    let size = pack(stream(HALL, &options()).expect("a demo"), &path, &config, |_| {}).expect("packs");
+    let (bytes, size) = common::packed(HALL, &options(), &config);
     assert!(size.tiles > 5 << 20, "with its pyramids");
     assert!(size.resident < 1 << 20, "{}", size.resident);
-    std::fs::read(path).expect("reads")
-}
-
-fn opened(bytes: Vec<u8>, options: &LoadOptions) -> Result<OpenScene, Error> {
-    open_store(Arc::new(MemorySource::new("a store", bytes)), options)
-}
-
-fn request(scene: &Scene) -> RenderRequest {
-    let camera = CameraChoice::default().resolve(scene).expect("a camera");
-    RenderRequest::new(RenderSettings::new(camera, 64, 40), 2)
+    bytes
 }
 
 fn picture(open: &OpenScene, fraction: Option<f32>, tile_memory: Option<u64>) -> Result<Picture, Error> {
     let mut request = request(&open.scene);
     request.paging.cache_fraction = fraction;
     request.paging.tile_memory = tile_memory;
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-    Ok(render(open, &request, &control)?.develop())
-}
-
-fn differing(a: &Picture, b: &Picture) -> usize {
-    let pixels = |p: &Picture| p.planes.iter().flat_map(|plane| plane.values.clone()).collect::<Vec<f32>>();
-    let (a, b) = (pixels(a), pixels(b));
-    assert_eq!(a.len(), b.len());
-    a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+    common::picture(open, &request)
 }
 
 #[test]

@@ -99,25 +99,26 @@ impl Batch {
     /// Asks for pages and waits for them. The snapshot is let go of before.
     fn wait_for(&mut self, pages: &[u32]) -> Result<usize, PageError> {
         let granted = &pages[..pages.len().min(self.shared.config.quota())];
-        let known = self.shared.directory.pages();
-        if let Some(&page) = granted.iter().find(|&&page| page as usize >= known) {
-            self.let_go();
-            return Err(PageError { page, fault: PageFault::NoSuchPage { pages: known } });
-        }
-        self.wait_for_all(granted).map(|()| granted.len())
-    }
-
-    fn wait_for_all(&self, pages: &[u32]) -> Result<(), PageError> {
+        self.check(granted)?;
         let mut state = self.shared.lock();
         state.forget(self.number);
-        for &page in pages {
+        for &page in granted {
             state.ask(self.number, page, &self.shared.directory);
         }
-        self.wait(state, pages, 0)
+        self.wait(state, granted, 0).map(|()| granted.len())
+    }
+
+    /// Lets go of all pages if there are not so many as one of these says.
+    fn check(&self, pages: &[u32]) -> Result<(), PageError> {
+        let known = self.shared.directory.pages();
+        let Some(&page) = pages.iter().find(|&&page| page as usize >= known) else { return Ok(()) };
+        self.let_go();
+        Err(PageError { page, fault: PageFault::NoSuchPage { pages: known } })
     }
 
     /// Asks for as many pages as are granted, beside those that are on their way, and waits for half of them and the first.
     fn wait_for_half(&mut self, pages: &[u32]) -> Result<(), PageError> {
+        self.check(pages)?;
         let mut state = self.shared.lock();
         state.unpin(self.number);
         // No more than half of the quota, so that there is room for the first.

@@ -41,6 +41,33 @@ fn a_fetch_grants_the_first_of_what_was_asked_for_and_keeps_it() {
 }
 
 #[test]
+fn half_a_fetch_goes_on_with_the_first_and_half_and_the_rest_comes_by_itself() {
+    watched(|| {
+        let (cache, _) = cache(20, 1);
+        let mut batch = cache.batch().expect("first");
+        let wanted: Vec<u32> = (0..10).rev().collect();
+        assert_eq!(cache.config().quota(), 10);
+        Batch::fetch_half(&mut [(&mut batch, &wanted)]).expect("there");
+        let there = |table: &Table| wanted.iter().filter(|&&page| table.page(page).is_some()).count();
+        assert!(batch.table().page(9).is_some() && there(batch.table()) >= 5);
+        while there(&cache.snapshot()) < 10 {
+            std::thread::yield_now();
+        }
+        cache.validate();
+        let unknown = Batch::fetch_half(&mut [(&mut batch, &[30])]).expect_err("there are 30");
+        assert_eq!(unknown.fault, PageFault::NoSuchPage { pages: 30 });
+        // One that is dropped while pages are on their way leaves nothing behind.
+        drop(batch);
+        for page in 10..20 {
+            let mut batch = cache.batch().expect("there is a place again");
+            Batch::fetch_half(&mut [(&mut batch, &[page, page + 10, 0, 1])]).expect("there");
+            assert!(batch.table().page(page).is_some());
+        }
+        cache.validate();
+    });
+}
+
+#[test]
 fn a_snapshot_stays_as_it_is_and_its_memory_is_used_again_when_it_is_gone() {
     watched(|| {
         let (cache, pages) = cache(2, 1);

@@ -1,0 +1,46 @@
+//! Scenes packed, opened and rendered in memory.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use vastlight::film::Picture;
+use vastlight::paging::MemorySource;
+use vastlight::scene::Scene;
+use vastlight::store::{PackConfig, StoreSize};
+use vastlight::transport::RenderSettings;
+use vastlight::{
+    CameraChoice, Control, Error, LoadOptions, OpenScene, RenderRequest, open_store, pack, render, stream,
+};
+
+/// The bytes of a scene's store, and what they are.
+pub(crate) fn packed(name: &str, options: &LoadOptions, config: &PackConfig) -> (Vec<u8>, StoreSize) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path().join("scene.vls");
+    let size = pack(stream(name, options).expect("a demo"), &path, config, |_| {}).expect("packs");
+    (std::fs::read(path).expect("reads"), size)
+}
+
+/// Opens the bytes of a store, which messages call "a store".
+pub(crate) fn opened(bytes: Vec<u8>, options: &LoadOptions) -> Result<OpenScene, Error> {
+    open_store(Arc::new(MemorySource::new("a store", bytes)), options)
+}
+
+/// Two samples for each pixel of a small picture from the first camera.
+pub(crate) fn request(scene: &Scene) -> RenderRequest {
+    let camera = CameraChoice::default().resolve(scene).expect("a camera");
+    RenderRequest::new(RenderSettings::new(camera, 64, 36), 2)
+}
+
+/// The picture of a request.
+pub(crate) fn picture(open: &OpenScene, request: &RenderRequest) -> Result<Picture, Error> {
+    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+    Ok(render(open, request, &control)?.develop())
+}
+
+/// How many values of two pictures of the same size differ.
+pub(crate) fn differing(a: &Picture, b: &Picture) -> usize {
+    let pixels = |p: &Picture| p.planes.iter().flat_map(|plane| plane.values.clone()).collect::<Vec<f32>>();
+    let (a, b) = (pixels(a), pixels(b));
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(&b).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+}
