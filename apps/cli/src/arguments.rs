@@ -106,7 +106,7 @@ impl Common {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Scene options")]
 pub(crate) struct SceneArguments {
-    /// glTF, GLB, OBJ, PLY or STL file, store (.vls), or demo:NAME
+    /// glTF, GLB, OBJ, PLY or STL file, manifest of files (.toml), store (.vls), or demo:NAME
     #[arg(value_name = "SCENE")]
     pub(crate) scene: String,
     /// Light from a latitude-longitude map (.exr, .hdr)
@@ -140,6 +140,11 @@ impl SceneArguments {
         options.sun = self.sun;
         options.overrides = self.overrides.as_deref().map(vastlight::Overrides::read).transpose()?;
         Ok(options)
+    }
+
+    /// Whether the scene is a store.
+    pub(crate) fn is_store(&self) -> bool {
+        vastlight::is_store(&self.scene)
     }
 
     /// Opens the scene, be it a store or not.

@@ -59,6 +59,7 @@ impl From<ErrorClass> for Exit {
             ErrorClass::Device => Self::Device,
             ErrorClass::Output => Self::Output,
             ErrorClass::NonFinite => Self::NonFinite,
+            ErrorClass::Interrupted => Self::Interrupted,
         }
     }
 }

@@ -6,7 +6,7 @@ use serde_json::json;
 use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-use vastlight::Progress;
+use vastlight::{PackProgress, Progress};
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -21,7 +21,7 @@ pub(crate) enum ProgressKind {
     None,
 }
 
-/// Receives the progress of a render.
+/// Receives the progress of a render or a pack.
 pub(crate) enum Reporter {
     Bar(ProgressBar),
     Json(Mutex<Option<Instant>>),
@@ -55,13 +55,31 @@ impl Reporter {
                 bar.set_position(progress.samples);
                 bar.set_message(format!("{} spp, {} left", progress.spp, eta(progress)));
             }
-            Self::Json(last) => {
-                let Ok(mut last) = last.lock() else { return };
-                if last.is_none_or(|t| t.elapsed() >= JSON_INTERVAL) {
-                    *last = Some(Instant::now());
-                    eprintln!("{}", json_line(progress));
-                }
+            Self::Json(last) => print_seldom(last, || json_line(progress)),
+            Self::Silent => {}
+        }
+    }
+
+    /// Shows how far a pack is.
+    pub(crate) fn update_pack(&self, progress: &PackProgress, elapsed: Duration) {
+        let here = progress.triangles.saturating_sub(progress.resumed) as f64;
+        let rate = here / elapsed.as_secs_f64().max(1e-3);
+        let left = progress.total.map(|total| {
+            let left = total.saturating_sub(progress.triangles) as f64;
+            Duration::try_from_secs_f64(left / rate.max(1.0)).unwrap_or(Duration::MAX)
+        });
+        match self {
+            Self::Bar(bar) => {
+                let total = progress.total.unwrap_or(0).max(progress.triangles);
+                bar.set_length(total.max(1));
+                bar.set_position(progress.triangles);
+                let millions = |n: u64| n as f64 / 1e6;
+                let of = progress.total.map_or(String::new(), |n| format!(" of {:.1}", millions(n)));
+                let left = left.map_or(String::new(), |left| format!(", {} left", in_words(left)));
+                let done = millions(progress.triangles);
+                bar.set_message(format!("{done:.1}{of} Mtri, {:.2} Mtri/s{left}", rate / 1e6));
             }
+            Self::Json(last) => print_seldom(last, || pack_line(progress, elapsed, rate, left)),
             Self::Silent => {}
         }
     }
@@ -81,8 +99,38 @@ fn new_bar() -> ProgressBar {
     bar
 }
 
+/// Prints a line unless one was printed a moment ago.
+fn print_seldom(last: &Mutex<Option<Instant>>, line: impl FnOnce() -> serde_json::Value) {
+    let Ok(mut last) = last.lock() else { return };
+    if last.is_none_or(|t| t.elapsed() >= JSON_INTERVAL) {
+        *last = Some(Instant::now());
+        eprintln!("{}", line());
+    }
+}
+
+fn pack_line(
+    progress: &PackProgress,
+    elapsed: Duration,
+    rate: f64,
+    left: Option<Duration>,
+) -> serde_json::Value {
+    json!({
+        "event": "progress",
+        "triangles": progress.triangles,
+        "triangles_total": progress.total,
+        "triangles_resumed": progress.resumed,
+        "elapsed_s": elapsed.as_secs_f64(),
+        "eta_s": left.map(|left| left.as_secs_f64()),
+        "mtriangles_per_s": rate / 1e6,
+    })
+}
+
 fn eta(progress: &Progress) -> String {
-    let seconds = progress.remaining.map_or(0, |r| r.as_secs());
+    in_words(progress.remaining.unwrap_or_default())
+}
+
+fn in_words(duration: Duration) -> String {
+    let seconds = duration.as_secs();
     match seconds {
         0..60 => format!("{seconds} s"),
         60..3600 => format!("{} min {:02} s", seconds / 60, seconds % 60),

@@ -54,7 +54,6 @@ fn flags_of_later_versions_are_refused_not_ignored() {
         "--denoise",
         "--caustics photons",
         "--gpu-memory 1GiB",
-        "--cache-dir d",
         "--integrator photon-caustics",
     ];
     for flag in flags {
@@ -270,4 +269,91 @@ fn ctrl_c_stops_cleanly() {
     assert_eq!(status.code(), Some(130));
     assert_eq!(w.json("s.json")["ending"], "interrupted");
     assert_eq!(w.files(), ["a.png", "s.json"]);
+}
+
+/// A mesh that a budget of 96 MiB packs in some ten parts, and the store that comes of it.
+fn mesh_and_store(work: &Workspace) -> Vec<u8> {
+    assert_eq!(work.run("generate statue --triangles 700000 -o mesh.ply -q").code, 0);
+    assert_eq!(work.run("pack mesh.ply -o once.vls --memory 96MiB -q").code, 0);
+    work.bytes("once.vls")
+}
+
+#[test]
+fn a_killed_pack_goes_on_and_gives_the_same_bytes() {
+    let work = Workspace::new();
+    let expected = mesh_and_store(&work);
+    let mut child = work.spawn("pack mesh.ply -o scene.vls --memory 96MiB -q");
+    let journal = work.path("scene.vls.journal");
+    let some_done = || std::fs::metadata(&journal).is_ok_and(|file| file.len() > 1 << 12);
+    while !some_done() && child.try_wait().expect("runs").is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(1));
+    }
+    child.kill().expect("killed");
+    assert!(!child.wait().expect("ends").success());
+    assert_eq!(work.files(), ["mesh.ply", "once.vls", "scene.vls.journal", "scene.vls.part"]);
+    let outcome = work.run("pack mesh.ply -o scene.vls --memory 96MiB --progress json");
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    assert!(!outcome.stderr.contains("\"triangles_resumed\":0,"), "{outcome:?}");
+    assert!(work.bytes("scene.vls") == expected);
+    assert_eq!(work.files(), ["mesh.ply", "once.vls", "scene.vls"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_said_and_the_pack_goes_on_when_there_is_room() {
+    let work = Workspace::new();
+    let expected = mesh_and_store(&work);
+    // No file may have more than 12 to 24 MB, as the shell counts.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 24000; exec {} pack mesh.ply -o scene.vls --memory 96MiB -q",
+        env!("CARGO_BIN_EXE_vastlight")
+    );
+    let shell = std::process::Command::new("sh").current_dir(work.path("")).args(["-c", &script]).output();
+    let output = shell.expect("a shell");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(6), "{error}");
+    assert!(error.lines().count() == 1 && error.contains("make room"), "{error}");
+    assert!(!work.files().contains(&"scene.vls".to_owned()));
+    assert_eq!(work.run("pack mesh.ply -o scene.vls --memory 96MiB -q").code, 0);
+    assert!(work.bytes("scene.vls") == expected);
+}
+
+#[test]
+fn a_pack_without_enough_memory_says_how_much_is_needed() {
+    let work = Workspace::new();
+    let outcome = work.run("pack demo:cornell -o scene.vls --memory 16MiB");
+    assert_eq!((outcome.code, outcome.stderr.lines().count()), (4, 1), "{outcome:?}");
+    assert!(outcome.stderr.contains("needed"));
+    assert!(work.files().is_empty());
+}
+
+#[test]
+fn a_source_that_changed_is_noticed() {
+    let work = Workspace::new();
+    assert_eq!(work.run("generate statue --triangles 20000 -o mesh.ply -q").code, 0);
+    assert_eq!(work.run("pack mesh.ply -o scene.vls -q").code, 0);
+    let render = "render scene.vls -o picture.png -r 16x9 --spp 1";
+    assert!(!work.run(render).stderr.contains("changed"));
+    assert!(work.run("info scene.vls").stdout.contains("packed from  mesh.ply"));
+    assert_eq!(work.run("generate statue --triangles 30000 -o mesh.ply -q").code, 0);
+    assert!(work.run(render).stderr.contains("mesh.ply has changed"));
+    assert!(work.run("info scene.vls").stdout.contains("changed since"));
+}
+
+#[test]
+fn a_scene_that_does_not_fit_is_packed_once_and_gives_the_same_picture() {
+    let work = Workspace::new();
+    let render = |more: &str| {
+        let common = "render demo:statue --triangles 600000 -r 32x18 --spp 1 -q -o";
+        work.run(&format!("{common} {more}"))
+    };
+    assert_eq!(render("memory.png").code, 0);
+    assert_eq!(render("store.png --memory 180MiB --cache-dir stores").code, 0);
+    assert_eq!(work.bytes("memory.png"), work.bytes("store.png"));
+    let stores = || std::fs::read_dir(work.path("stores")).expect("listed").count();
+    let before = stores();
+    assert_eq!(render("store.png --memory 180MiB --cache-dir stores").code, 0);
+    assert_eq!((before, stores()), (1, 1));
+    assert_eq!(render("fits.png --cache-dir other").code, 0);
+    assert!(!work.files().contains(&"other".to_owned()));
 }

@@ -30,7 +30,7 @@ pub use texels::decode_image;
 
 use single::single_mesh_scene;
 use std::path::Path;
-use vastlight_scene::SceneDesc;
+use vastlight_scene::{LargeMesh, SceneDesc, SceneStream};
 
 /// How a scene file is read.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,4 +53,43 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError
         SceneFormat::Obj => obj::load(path, options),
         SceneFormat::Stl => stl::load(path, options),
     }
+}
+
+/// A scene that is still in its file.
+#[derive(Debug)]
+pub struct Streamed {
+    /// What comes mesh by mesh.
+    pub stream: SceneStream,
+    /// What comes block by block, behind the meshes of `stream`.
+    pub large: Vec<LargeMesh>,
+}
+
+/// A scene file mesh by mesh, or block by block; what cannot come so is read as a whole. The scene is that of [`load`].
+///
+/// # Errors
+/// Those of [`load`], as far as they can be known already; the others come with the meshes.
+pub fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportError> {
+    match detect(path, &options.limits)? {
+        SceneFormat::Ply => ply::stream(path, options),
+        SceneFormat::Gltf | SceneFormat::Obj | SceneFormat::Stl => {
+            Ok(Streamed { stream: load(path, options)?.into(), large: Vec::new() })
+        }
+    }
+}
+
+/// Bytes that [`stream`] takes at most for what it reads as a whole, as far as the file says before it is read.
+///
+/// # Errors
+/// The file cannot be read, or is of an unknown format.
+pub fn streaming_bytes(path: &Path, options: &LoadOptions) -> Result<u64, ImportError> {
+    let format = detect(path, &options.limits)?;
+    let bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
+    Ok(match format {
+        SceneFormat::Ply => 0,
+        // A line of text of some 30 bytes is a vertex of 12 to 32, and tables to find it again.
+        SceneFormat::Obj => bytes.saturating_mul(3),
+        // Facets of 50 bytes share vertices.
+        SceneFormat::Stl => bytes.saturating_mul(2),
+        SceneFormat::Gltf => gltf::whole_bytes(path, options)?,
+    })
 }

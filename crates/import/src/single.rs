@@ -1,23 +1,43 @@
 //! Scenes of one mesh, as mesh files describe them.
 
+use crate::Streamed;
 use std::path::Path;
 use vastlight_math::{Affine3, Vec3};
-use vastlight_scene::{ColorInput, Diagnostics, Instance, Material, Mesh, SceneDesc};
+use vastlight_scene::{
+    ColorInput, Diagnostics, Instance, LargeMesh, Material, Mesh, PieceInstance, ReadMesh, SceneDesc,
+};
 
 /// A scene with `mesh` once, named after the file.
 pub(crate) fn single_mesh_scene(mut mesh: Mesh, path: &Path, diagnostics: Diagnostics) -> SceneDesc {
-    let name = path.file_stem().map_or_else(|| "mesh".to_owned(), |s| s.to_string_lossy().into_owned());
-    mesh.name.clone_from(&name);
-    let mut material = Material::new("neutral");
-    if !mesh.colors.is_empty() {
-        material.base_color = ColorInput::new(Vec3::ONE);
-    }
+    let desc = scene_around(path, !mesh.colors.is_empty(), diagnostics);
+    mesh.name.clone_from(&desc.names[0]);
     SceneDesc {
         meshes: vec![mesh],
         instances: vec![Instance { world_from_object: Affine3::IDENTITY, mesh: 0, name: 0 }],
-        names: vec![name],
-        materials: vec![material],
-        diagnostics,
-        ..SceneDesc::default()
+        ..desc
     }
+}
+
+/// The same scene with its mesh still in the file.
+pub(crate) fn streamed_mesh(
+    path: &Path,
+    colored: bool,
+    triangles: Option<u64>,
+    diagnostics: Diagnostics,
+    read: ReadMesh,
+) -> Streamed {
+    let desc = scene_around(path, colored, diagnostics);
+    let name = desc.names[0].clone();
+    let instances = vec![PieceInstance { world_from_object: Affine3::IDENTITY, name: 0 }];
+    let large = vec![LargeMesh { name, parts: Vec::new(), instances, triangles, read }];
+    Streamed { stream: desc.into(), large }
+}
+
+fn scene_around(path: &Path, colored: bool, diagnostics: Diagnostics) -> SceneDesc {
+    let name = path.file_stem().map_or_else(|| "mesh".to_owned(), |s| s.to_string_lossy().into_owned());
+    let mut material = Material::new("neutral");
+    if colored {
+        material.base_color = ColorInput::new(Vec3::ONE);
+    }
+    SceneDesc { names: vec![name], materials: vec![material], diagnostics, ..SceneDesc::default() }
 }

@@ -53,6 +53,12 @@ impl MeshPreparation {
         tangents::derive(mesh, &self.tangent_sets);
         Ok(found)
     }
+
+    /// Whether tangents are derived for triangles of a material, if the mesh has normals and texture coordinates but none.
+    #[must_use]
+    pub fn needs_tangents(&self, material: u32) -> bool {
+        self.tangent_sets.get(material as usize).is_some_and(Option::is_some)
+    }
 }
 
 impl Scene {
@@ -248,24 +254,25 @@ fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), SceneError> {
     }
 }
 
+/// Whether a position can be kept. Coordinates beyond 1e15 overflow in products; a lattice through them would swallow
+/// everything else as well.
+#[must_use]
+pub fn is_usable(p: Vec3) -> bool {
+    const LIMIT: f32 = 1e15;
+    p.abs().cmple(Vec3::splat(LIMIT)).all()
+}
+
 /// Collapses unusable triangles, snaps positions, and says what was found.
 fn repair_mesh(mesh: &mut Mesh) -> Vec<Diagnostic> {
-    // Coordinates beyond this overflow in products; a lattice through them would swallow everything else as well.
-    const LIMIT: f32 = 1e15;
-    let usable = |p: Vec3| p.abs().cmple(Vec3::splat(LIMIT)).all();
-    let (mut broken, mut degenerate) = (0_usize, 0_usize);
+    let mut found = TriangleFindings::default();
     for triangle in &mut mesh.triangles {
-        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
-        if !(usable(a) && usable(b) && usable(c)) {
+        if !found.look_at(triangle.map(|i| mesh.positions[i as usize])) {
             *triangle = [0; 3];
-            broken += 1;
-        } else if a == b || b == c || c == a {
-            degenerate += 1;
         }
     }
     let mut max_abs = 0.0_f32;
     for p in &mut mesh.positions {
-        if usable(*p) {
+        if is_usable(*p) {
             max_abs = max_abs.max(p.abs().max_element());
         } else {
             *p = Vec3::ZERO;
@@ -273,32 +280,57 @@ fn repair_mesh(mesh: &mut Mesh) -> Vec<Diagnostic> {
     }
     let lattice = Lattice::for_extent(max_abs);
     mesh.positions.iter_mut().for_each(|p| *p = lattice.snap(*p));
-    mesh_findings(mesh, broken, degenerate)
+    found.of_mesh(&mesh.name)
 }
 
-fn mesh_findings(mesh: &Mesh, broken: usize, degenerate: usize) -> Vec<Diagnostic> {
-    let mut found = Vec::new();
-    let mut warn = |what: String, hint: &str| {
-        found.push(Diagnostic {
-            severity: crate::Severity::Warning,
-            what,
-            place: format!("mesh \"{}\"", mesh.name),
-            hint: hint.into(),
-        });
-    };
-    if broken > 0 {
-        warn(
-            format!("{broken} triangles have coordinates that are not finite or beyond 1e15"),
-            "they are left out",
-        );
+/// What is wrong with the triangles of a mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TriangleFindings {
+    triangles: u64,
+    broken: u64,
+    degenerate: u64,
+}
+
+impl TriangleFindings {
+    /// Looks at the corners of the next triangle as they came; false for one that must collapse to the first vertex.
+    pub fn look_at(&mut self, [a, b, c]: [Vec3; 3]) -> bool {
+        self.triangles += 1;
+        let usable = is_usable(a) && is_usable(b) && is_usable(c);
+        if !usable {
+            self.broken += 1;
+        } else if a == b || b == c || c == a {
+            self.degenerate += 1;
+        }
+        usable
     }
-    if degenerate > 0 {
-        warn(format!("{degenerate} triangles have two equal corners"), "no ray hits them");
+
+    /// What to say about it.
+    #[must_use]
+    pub fn of_mesh(&self, name: &str) -> Vec<Diagnostic> {
+        let Self { triangles, broken, degenerate } = self;
+        let mut found = Vec::new();
+        let mut warn = |what: String, hint: &str| {
+            found.push(Diagnostic {
+                severity: crate::Severity::Warning,
+                what,
+                place: format!("mesh \"{name}\""),
+                hint: hint.into(),
+            });
+        };
+        if *broken > 0 {
+            warn(
+                format!("{broken} triangles have coordinates that are not finite or beyond 1e15"),
+                "they are left out",
+            );
+        }
+        if *degenerate > 0 {
+            warn(format!("{degenerate} triangles have two equal corners"), "no ray hits them");
+        }
+        if *triangles == 0 {
+            warn("the mesh has no triangles".into(), "");
+        }
+        found
     }
-    if mesh.triangles.is_empty() {
-        warn("the mesh has no triangles".into(), "");
-    }
-    found
 }
 
 /// Whether a mesh can be placed by this map: it is finite, and so is its inverse.

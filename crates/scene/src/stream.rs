@@ -2,6 +2,7 @@
 
 use crate::{Instance, Mesh, SceneDesc, SceneError, Texels};
 use rayon::Yield;
+use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use std::time::Duration;
 use vastlight_math::Affine3;
 
 /// A placement of a piece's mesh.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PieceInstance {
     /// Object space to world space.
     pub world_from_object: Affine3,
@@ -172,6 +173,16 @@ where
         }
         self.under_way.pop_front().map(|receiver| wait(&receiver))
     }
+
+    /// Pieces that are passed over are not made.
+    fn nth(&mut self, n: usize) -> Option<Self::Item> {
+        let begun = n.min(self.under_way.len());
+        self.under_way.drain(..begun);
+        if let Some(last) = (n - begun).checked_sub(1) {
+            self.jobs.nth(last)?;
+        }
+        self.next()
+    }
 }
 
 /// Waits for a piece. Whoever waits on one of rayon's own threads works meanwhile, so that a pool of one thread does
@@ -237,6 +248,23 @@ mod tests {
             assert_eq!(pieces.next().expect("a piece").is_err(), asked == 8);
             assert!(STARTED.load(Ordering::SeqCst) <= asked + 4);
         }
+    }
+
+    #[test]
+    fn pieces_that_are_passed_over_are_not_made() {
+        static MADE: AtomicUsize = AtomicUsize::new(0);
+        let mut pieces = read_ahead(0..1000_usize, 5, |i| {
+            MADE.fetch_add(1, Ordering::SeqCst);
+            Ok(Piece::placed(triangle(i), 0))
+        });
+        let mut name = |n| pieces.nth(n).map(|piece| piece.expect("made").mesh.name);
+        assert_eq!(name(500), Some("500".into()));
+        assert!(MADE.load(Ordering::SeqCst) <= 5);
+        assert_eq!(
+            (name(0), name(2), name(90)),
+            (Some("501".into()), Some("504".into()), Some("595".into()))
+        );
+        assert_eq!((name(1000), name(0)), (None, None));
     }
 
     #[test]

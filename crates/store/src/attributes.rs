@@ -9,6 +9,7 @@
 //! records     f32s of each vertex, see AttributeLayout
 //! ```
 
+use crate::spool::push_attributes;
 use bytemuck::pod_read_unaligned;
 use std::collections::HashMap;
 use vastlight_scene::Mesh;
@@ -141,19 +142,8 @@ impl<'m> Writer<'m> {
             let place = *self.places.entry(vertex).or_insert(next);
             self.corners.push(place);
             if place == next && self.records.len() < self.places.len() * self.layout.floats() {
-                self.add_record(vertex as usize);
+                push_attributes(self.mesh, vertex as usize, &mut self.records);
             }
-        }
-    }
-
-    fn add_record(&mut self, vertex: usize) {
-        let Mesh { normals, tangents, colors, uvs, .. } = self.mesh;
-        let records = &mut self.records;
-        normals.get(vertex).iter().for_each(|v| records.extend(v.to_array()));
-        tangents.get(vertex).iter().for_each(|v| records.extend(v.to_array()));
-        colors.get(vertex).iter().for_each(|v| records.extend(v.to_array()));
-        for set in uvs.iter().take(UV_SETS) {
-            set.get(vertex).iter().for_each(|v| records.extend(v.to_array()));
         }
     }
 

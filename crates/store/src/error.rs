@@ -1,5 +1,6 @@
 //! Why a store cannot be written or read.
 
+use std::io::ErrorKind;
 use std::path::Path;
 use vastlight_paging::SourceError;
 
@@ -22,9 +23,30 @@ impl StoreError {
         Self { what, place: format!("mesh \"{mesh}\""), hint: "see `vastlight validate`", is_output: false }
     }
 
+    pub(crate) fn read(path: &Path, error: &std::io::Error) -> Self {
+        Self {
+            what: format!("a temporary file cannot be read: {error}"),
+            place: path.display().to_string(),
+            hint: "is the disk sound?",
+            is_output: true,
+        }
+    }
+
+    /// A store that another process is writing.
+    pub(crate) fn busy(path: &Path) -> Self {
+        Self {
+            what: "another process is packing this store".into(),
+            place: path.display().to_string(),
+            hint: "wait for it, or choose another name",
+            is_output: true,
+        }
+    }
+
     pub(crate) fn write(path: &Path, error: &std::io::Error) -> Self {
         let hint = match error.kind() {
-            std::io::ErrorKind::StorageFull => "make room on the disk",
+            ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+                "make room on the disk; the same command goes on where it stopped"
+            }
             _ => "is the folder there and writable?",
         };
         Self { what: error.to_string(), place: path.display().to_string(), hint, is_output: true }

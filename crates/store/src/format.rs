@@ -71,11 +71,13 @@ pub enum Section {
     Textures = 10,
     /// [`EntryRow`] of each tile.
     Tiles = 11,
+    /// What the scene was made of, as `postcard` writes a list of `SourceFile`.
+    Sources = 16,
 }
 
 impl Section {
     /// All of them, by number.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Scene,
         Self::Meshes,
         Self::Nodes,
@@ -87,6 +89,7 @@ impl Section {
         Self::Instances,
         Self::Textures,
         Self::Tiles,
+        Self::Sources,
     ];
 
     /// What to call it in a message.
@@ -104,6 +107,7 @@ impl Section {
             Self::Instances => "instances",
             Self::Textures => "textures",
             Self::Tiles => "tile directory",
+            Self::Sources => "sources",
         }
     }
 }

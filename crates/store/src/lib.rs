@@ -7,8 +7,13 @@
 mod attributes;
 mod error;
 pub mod format;
+mod journal;
 mod pack;
+mod partition;
 mod read;
+mod records;
+mod source;
+mod spool;
 mod tiler;
 mod tiles;
 mod write;
@@ -18,6 +23,9 @@ pub use attributes::{
 };
 pub use error::StoreError;
 pub use pack::{PackConfig, PackedMesh, PageStrategy};
+pub use partition::{Bucket, Buckets};
 pub use read::{MOST_PAGE_BYTES, Store, StoredPages};
+pub use source::SourceFile;
+pub use spool::{Spool, SpooledMesh};
 pub use tiles::{Level, StoredTexture, TILE_BYTES, TileGrid, is_worth_tiles};
 pub use write::{StoreSize, StoreWriter};

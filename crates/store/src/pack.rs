@@ -2,6 +2,7 @@
 
 use crate::attributes::{AttributeLayout, PackedAttributes};
 use crate::error::StoreError;
+use crate::partition::Bucket;
 use crate::tiles::TILE_BYTES;
 use rayon::prelude::*;
 use vastlight_accel::compact::{BlockSizes, CompactMesh, PackedPage};
@@ -88,21 +89,49 @@ impl PackedMesh {
     /// # Errors
     /// If the tree cannot be built or packed.
     pub fn new(mesh: &Mesh, config: &PackConfig, scratch: &mut Scratch) -> Result<Self, StoreError> {
+        Self::build(mesh, None, config, scratch)
+    }
+
+    /// The same for a bucket of a larger mesh, whose triangles keep the numbers that they have there.
+    ///
+    /// # Errors
+    /// If the tree cannot be built or packed; blocks need the whole mesh.
+    pub fn part(bucket: &Bucket, config: &PackConfig, scratch: &mut Scratch) -> Result<Self, StoreError> {
+        Self::build(&bucket.mesh, Some(&bucket.numbers), config, scratch)
+    }
+
+    fn build(
+        mesh: &Mesh,
+        numbers: Option<&[u32]>,
+        config: &PackConfig,
+        scratch: &mut Scratch,
+    ) -> Result<Self, StoreError> {
         let view = MeshView { positions: &mesh.positions, triangles: &mesh.triangles };
         let build = BuildConfig { split_budget: config.split_budget, ..BuildConfig::default() };
         let failed = |error: String| StoreError::pack(&mesh.name, error);
-        let (above, pages) = match config.strategy {
-            PageStrategy::Treelets => {
+        let (above, pages) = match (config.strategy, numbers) {
+            (PageStrategy::Treelets, numbers) => {
                 let wide = MeshBvh::build(&config.accel, &view, &build, scratch);
-                let (wide, _) = wide.map_err(|e| failed(e.to_string()))?;
+                let (mut wide, _) = wide.map_err(|e| failed(e.to_string()))?;
+                wide.renumber(numbers.unwrap_or_default());
                 CompactMesh::pack(&wide, config.page_bytes).map_err(|e| failed(e.to_string()))?
             }
-            PageStrategy::Blocks => {
+            (PageStrategy::Blocks, None) => {
                 let packed = CompactMesh::pack_blocks(&config.accel, &view, BlockSizes::default(), &build);
                 packed.map_err(|e| failed(e.to_string()))?
             }
+            (PageStrategy::Blocks, Some(_)) => {
+                return Err(failed("it is too large for blocks within this memory".into()));
+            }
         };
-        let attributes = pages.par_iter().map(|page| PackedAttributes::new(mesh, &page.triangles)).collect();
+        let own = |triangles: &[u32]| match numbers {
+            None => PackedAttributes::new(mesh, triangles),
+            Some(numbers) => {
+                let place = |number: &u32| numbers.binary_search(number).unwrap_or(0) as u32;
+                PackedAttributes::new(mesh, &triangles.iter().map(place).collect::<Vec<_>>())
+            }
+        };
+        let attributes = pages.par_iter().map(|page| own(&page.triangles)).collect();
         let pages = pages.into_iter().map(|PackedPage { bytes, .. }| bytes).collect();
         let extent = MeshExtent { bounds: mesh.bounds(), triangles: mesh.triangles.len() as u64 };
         Ok(Self {

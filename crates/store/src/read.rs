@@ -6,6 +6,7 @@ use crate::format::{
     EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, Section, SectionRow, TextureRow, VERSION,
 };
 use crate::pack::PageStrategy;
+use crate::source::SourceFile;
 use crate::tiles::{StoredTexture, TileGrid};
 use crate::write::header_crc32;
 use bytemuck::{Pod, Zeroable, pod_collect_to_vec};
@@ -32,7 +33,7 @@ pub struct Store {
     pub pages: StoredPages,
 }
 
-/// What rays need of a store beside its scene.
+/// What a store has beside its scene.
 #[derive(Debug)]
 pub struct StoredPages {
     /// Where pages come from.
@@ -53,6 +54,8 @@ pub struct StoredPages {
     pub textures: Vec<StoredTexture>,
     /// Where tiles are.
     pub tiles: Directory,
+    /// What the scene was made of.
+    pub sources: Vec<SourceFile>,
 }
 
 impl Store {
@@ -78,13 +81,24 @@ impl Store {
         }
         let tiles = file.directory(Section::Tiles)?;
         let textures = file.textures(&desc.images, tiles.pages())?;
+        let sources = file.sources()?;
         let extents = rows.iter().map(extent).collect();
         let layouts = rows.iter().map(|row| AttributeLayout(row.attributes)).collect();
         drop(file);
         let blocks = rows.iter().any(|row| row.strategy == PageStrategy::Blocks as u32);
         let strategy = if blocks { PageStrategy::Blocks } else { PageStrategy::Treelets };
-        let pages =
-            StoredPages { source, meshes, layouts, strategy, geometry, attributes, index, textures, tiles };
+        let pages = StoredPages {
+            source,
+            meshes,
+            layouts,
+            strategy,
+            geometry,
+            attributes,
+            index,
+            textures,
+            tiles,
+            sources,
+        };
         Ok(Self { desc, extents, pages })
     }
 }
@@ -193,6 +207,15 @@ impl<'s> StoreFile<'s> {
                 .ok_or_else(|| self.damaged(Section::Meshes, &format!("mesh {number} leads nowhere")))
         };
         rows.iter().enumerate().map(mesh).collect()
+    }
+
+    /// What the scene was made of; nothing where the store does not say.
+    fn sources(&self) -> Result<Vec<SourceFile>, StoreError> {
+        if self.sections.iter().all(|row| row.kind != Section::Sources as u32) {
+            return Ok(Vec::new());
+        }
+        let bytes = self.bytes(Section::Sources)?;
+        postcard::from_bytes(&bytes).map_err(|error| self.damaged(Section::Sources, &error.to_string()))
     }
 
     fn attribute_index(&self, pages: usize, attributes: usize) -> Result<AttributeIndex, StoreError> {

@@ -1,28 +1,53 @@
 //! Writing a store, mesh by mesh: pages as they come, all that is resident at the end.
+//!
+//! The store grows in `NAME.part`, what is done stands in `NAME.journal`; a writer for the same scene goes on from there.
 
+use crate::attributes::AttributeLayout;
 use crate::error::StoreError;
 use crate::format::{
     EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow,
     TextureRow, VERSION,
 };
-use crate::pack::PackedMesh;
+use crate::journal::{Journal, join_runs, split_runs};
+use crate::pack::{PackedMesh, PageStrategy};
+use crate::source::SourceFile;
 use crate::tiler::Tiler;
 use crate::tiles::TileGrid;
-use bytemuck::bytes_of;
+use bytemuck::{Pod, bytes_of, cast_slice, pod_collect_to_vec};
 use serde::Serialize;
+use std::ffi::OsString;
+use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
-use vastlight_accel::compact::PageRoot;
+use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
 use vastlight_accel::wide::{ChildRef, Node8};
+use vastlight_accel::{BuildConfig, BuildError};
+use vastlight_math::{Aabb, Vec3};
 use vastlight_scene::{Content, Image, Instance, MeshExtent, Scene, SceneDesc, Texels};
 
 /// A store in the making. Nothing is to be seen under its name before it is finished.
 #[derive(Debug)]
 pub struct StoreWriter {
     target: PathBuf,
-    file: BufWriter<NamedTempFile>,
+    file: BufWriter<File>,
+    journal: Journal,
     offset: u64,
+    tables: Tables,
+    /// Images in tiles: before all meshes, so the journal need not have them.
+    textures: Vec<TextureRow>,
+    tiles: Vec<EntryRow>,
+    /// Lengths of the tables that the journal has, and where the file ended.
+    noted: ([usize; TABLES], u64),
+    /// Parts of meshes that are under a tree.
+    joined_parts: usize,
+}
+
+/// Number of [`Tables`].
+const TABLES: usize = 10;
+
+/// What is resident, as it grows; nothing that stands there changes.
+#[derive(Debug, Default)]
+struct Tables {
     meshes: Vec<MeshRow>,
     nodes: Vec<Node8>,
     roots: Vec<PageRoot>,
@@ -30,9 +55,59 @@ pub struct StoreWriter {
     attributes: Vec<EntryRow>,
     attributes_of_page: Vec<u32>,
     first_triangles: Vec<u16>,
-    extents: Vec<MeshExtent>,
-    textures: Vec<TextureRow>,
-    tiles: Vec<EntryRow>,
+    /// Parts of meshes, and what is above their pages.
+    parts: Vec<MeshRow>,
+    part_nodes: Vec<Node8>,
+    part_roots: Vec<PageRoot>,
+}
+
+impl Tables {
+    fn lengths(&self) -> [usize; TABLES] {
+        [
+            self.meshes.len(),
+            self.nodes.len(),
+            self.roots.len(),
+            self.geometry.len(),
+            self.attributes.len(),
+            self.attributes_of_page.len(),
+            self.first_triangles.len(),
+            self.parts.len(),
+            self.part_nodes.len(),
+            self.part_roots.len(),
+        ]
+    }
+
+    /// The bytes of what stands behind these lengths.
+    fn behind(&self, from: &[usize; TABLES]) -> [&[u8]; TABLES] {
+        [
+            cast_slice(&self.meshes[from[0]..]),
+            cast_slice(&self.nodes[from[1]..]),
+            cast_slice(&self.roots[from[2]..]),
+            cast_slice(&self.geometry[from[3]..]),
+            cast_slice(&self.attributes[from[4]..]),
+            cast_slice(&self.attributes_of_page[from[5]..]),
+            cast_slice(&self.first_triangles[from[6]..]),
+            cast_slice(&self.parts[from[7]..]),
+            cast_slice(&self.part_nodes[from[8]..]),
+            cast_slice(&self.part_roots[from[9]..]),
+        ]
+    }
+
+    fn extend(&mut self, bytes: [&[u8]; TABLES]) {
+        fn more<T: Pod>(table: &mut Vec<T>, bytes: &[u8]) {
+            table.extend(pod_collect_to_vec::<u8, T>(bytes));
+        }
+        more(&mut self.meshes, bytes[0]);
+        more(&mut self.nodes, bytes[1]);
+        more(&mut self.roots, bytes[2]);
+        more(&mut self.geometry, bytes[3]);
+        more(&mut self.attributes, bytes[4]);
+        more(&mut self.attributes_of_page, bytes[5]);
+        more(&mut self.first_triangles, bytes[6]);
+        more(&mut self.parts, bytes[7]);
+        more(&mut self.part_nodes, bytes[8]);
+        more(&mut self.part_roots, bytes[9]);
+    }
 }
 
 /// What a store came to, in bytes.
@@ -54,32 +129,95 @@ pub struct StoreSize {
     pub triangles: u64,
 }
 
+/// `target` with more at its end.
+fn beside(target: &Path, end: &str) -> PathBuf {
+    let mut name = OsString::from(target);
+    name.push(end);
+    name.into()
+}
+
 impl StoreWriter {
-    /// Begins a store that will be found at `target`.
+    /// Begins a store that will be found at `target`, or goes on with one of the same `fingerprint` (what says which
+    /// scene it is and how it is packed).
     ///
     /// # Errors
-    /// If no file can be made in the folder of `target`.
-    pub fn create(target: &Path) -> Result<Self, StoreError> {
-        let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    /// If no file can be made in the folder of `target`, or another process packs to the same target.
+    pub fn create(target: &Path, fingerprint: &[u8]) -> Result<Self, StoreError> {
         let failed = |error: std::io::Error| StoreError::write(target, &error);
-        let file = NamedTempFile::new_in(folder).map_err(failed)?;
+        let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).clone();
+        let file = options.open(beside(target, ".part")).map_err(failed)?;
+        if file.try_lock().is_err() {
+            return Err(StoreError::busy(target));
+        }
+        let (journal, same) = Journal::open(&beside(target, ".journal"), fingerprint).map_err(failed)?;
+        if !same {
+            file.set_len(0).map_err(failed)?;
+        }
         let mut writer = Self {
             target: target.to_owned(),
             file: BufWriter::with_capacity(1 << 20, file),
+            journal,
             offset: 0,
-            meshes: Vec::new(),
-            nodes: Vec::new(),
-            roots: Vec::new(),
-            geometry: Vec::new(),
-            attributes: Vec::new(),
-            attributes_of_page: Vec::new(),
-            first_triangles: Vec::new(),
-            extents: Vec::new(),
+            tables: Tables::default(),
             textures: Vec::new(),
             tiles: Vec::new(),
+            noted: ([0; TABLES], 0),
+            joined_parts: 0,
         };
         writer.put(&[0; HEADER_BYTES as usize])?;
         Ok(writer)
+    }
+
+    /// Goes on behind the meshes and parts that are done already: calls `each` with what [`note`](Self::note) was
+    /// given for each of them. To be called once, before the first mesh.
+    ///
+    /// # Errors
+    /// If the file cannot be read or written.
+    pub fn resume(&mut self, mut each: impl FnMut(&[u8])) -> Result<(), StoreError> {
+        let target = self.target.clone();
+        let failed = |error: std::io::Error| StoreError::write(&target, &error);
+        self.file.flush().map_err(failed)?;
+        let there = self.file.get_ref().metadata().map_err(failed)?.len();
+        let (mut tables, mut offset, mut joined) = (std::mem::take(&mut self.tables), self.offset, 0);
+        let replayed = self.journal.replay(|step| {
+            let Some([place, meshes, nodes, roots, geometry, attributes, of_page, firsts, p, pn, pr, note]) =
+                split_runs(step)
+            else {
+                return false;
+            };
+            let [start, end, joined_parts] = *pod_collect_to_vec::<u8, u64>(place).as_slice() else {
+                return false;
+            };
+            if start != offset || end > there {
+                return false;
+            }
+            tables.extend([meshes, nodes, roots, geometry, attributes, of_page, firsts, p, pn, pr]);
+            (offset, joined) = (end, joined_parts as usize);
+            each(note);
+            true
+        });
+        (self.tables, self.offset, self.joined_parts) = (tables, offset, joined);
+        replayed.map_err(failed)?;
+        self.file.get_ref().set_len(offset).map_err(failed)?;
+        self.file.seek(SeekFrom::Start(offset)).map_err(failed)?;
+        self.noted = (self.tables.lengths(), offset);
+        Ok(())
+    }
+
+    /// Notes that what was added so far need not be done again; `note` is for who resumes.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn note(&mut self, note: &[u8]) -> Result<(), StoreError> {
+        let written = self.file.flush();
+        written.map_err(|error| StoreError::write(&self.target, &error))?;
+        let place = [self.noted.1, self.offset, self.joined_parts as u64];
+        let tables = self.tables.behind(&self.noted.0);
+        let runs = [cast_slice(&place)].into_iter().chain(tables).chain([note]);
+        let noted = self.journal.append(&join_runs(runs));
+        noted.map_err(|error| StoreError::write(&self.target, &error))?;
+        self.noted = (self.tables.lengths(), self.offset);
+        Ok(())
     }
 
     /// Adds the next mesh.
@@ -87,36 +225,98 @@ impl StoreWriter {
     /// # Errors
     /// If the file cannot be written.
     pub fn add(&mut self, mesh: &PackedMesh) -> Result<(), StoreError> {
-        let first_page = self.geometry.len() as u32;
+        let first_page = self.tables.geometry.len() as u32;
+        self.put_pages(mesh)?;
         let above = &mesh.above;
-        self.meshes.push(MeshRow {
-            triangles: mesh.extent.triangles,
-            first_node: self.nodes.len() as u32,
-            nodes: above.nodes.len() as u32,
-            first_root: self.roots.len() as u32,
-            roots: above.roots.len() as u32,
-            first_page,
-            pages: mesh.pages.len() as u32,
-            root: above.root.map_or(ChildRef::NONE, |root| root).0,
-            levels: above.levels as u32,
-            bounds: [above.bounds.min.to_array(), above.bounds.max.to_array()],
-            object_bounds: [mesh.extent.bounds.min.to_array(), mesh.extent.bounds.max.to_array()],
-            extent: above.extent,
-            scale: above.scale,
-            attributes: mesh.layout.0,
-            strategy: mesh.strategy as u32,
-        });
-        self.nodes.extend(&above.nodes);
-        self.roots.extend(above.roots.iter().map(|root| root.moved(first_page)));
-        self.extents.push(mesh.extent);
+        let about = About { layout: mesh.layout, strategy: mesh.strategy, extent: mesh.extent };
+        let tables = &mut self.tables;
+        let (nodes, roots) = (tables.nodes.len() as u32, tables.roots.len() as u32);
+        tables.meshes.push(mesh_row(above, &about, [nodes, roots, first_page, mesh.pages.len() as u32]));
+        tables.nodes.extend(&above.nodes);
+        tables.roots.extend(above.roots.iter().map(|root| root.moved(first_page)));
+        Ok(())
+    }
+
+    /// Adds a part of the next mesh, which [`join_parts`](Self::join_parts) ends.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn add_part(&mut self, part: &PackedMesh) -> Result<(), StoreError> {
+        let first_page = self.tables.geometry.len() as u32;
+        self.put_pages(part)?;
+        let above = &part.above;
+        let about = About { layout: part.layout, strategy: part.strategy, extent: part.extent };
+        let tables = &mut self.tables;
+        let (nodes, roots) = (tables.part_nodes.len() as u32, tables.part_roots.len() as u32);
+        tables.parts.push(mesh_row(above, &about, [nodes, roots, first_page, part.pages.len() as u32]));
+        tables.part_nodes.extend(&above.nodes);
+        tables.part_roots.extend(above.roots.iter().map(|root| root.moved(first_page)));
+        Ok(())
+    }
+
+    /// Number of parts that have no tree above them yet.
+    #[must_use]
+    pub fn waiting_parts(&self) -> usize {
+        self.tables.parts.len() - self.joined_parts
+    }
+
+    /// Adds the next mesh, of the parts that came before, under a tree of the builder `accel`.
+    ///
+    /// # Errors
+    /// If there are no parts, or the tree cannot be built.
+    pub fn join_parts(&mut self, name: &str, accel: &str) -> Result<(), StoreError> {
+        let rows = &self.tables.parts[self.joined_parts..];
+        let parts: Vec<CompactMesh> = rows.iter().map(|row| self.part(row)).collect();
+        let joined = CompactMesh::join(accel, &parts, &BuildConfig::default());
+        let above = joined.map_err(|error: BuildError| StoreError::pack(name, error.to_string()))?;
+        let (Some(above), Some(first)) = (above, rows.first()) else {
+            return Err(StoreError::pack(name, "it has no parts".into()));
+        };
+        let strategy = if first.strategy == PageStrategy::Blocks as u32 {
+            PageStrategy::Blocks
+        } else {
+            PageStrategy::Treelets
+        };
+        let boxes = rows.iter().map(object_bounds);
+        let extent = MeshExtent {
+            bounds: boxes.fold(Aabb::EMPTY, Aabb::union),
+            triangles: rows.iter().map(|row| row.triangles).sum(),
+        };
+        let about = About { layout: AttributeLayout(first.attributes), strategy, extent };
+        let (first_page, pages) = (first.first_page, rows.iter().map(|row| row.pages).sum());
+        self.joined_parts = self.tables.parts.len();
+        let tables = &mut self.tables;
+        let (nodes, roots) = (tables.nodes.len() as u32, tables.roots.len() as u32);
+        tables.meshes.push(mesh_row(&above, &about, [nodes, roots, first_page, pages]));
+        tables.nodes.extend(above.nodes);
+        tables.roots.extend(above.roots);
+        Ok(())
+    }
+
+    fn part(&self, row: &MeshRow) -> CompactMesh {
+        let run = |first: u32, count: u32| first as usize..first as usize + count as usize;
+        let [min, max] = row.bounds.map(Vec3::from);
+        CompactMesh {
+            nodes: self.tables.part_nodes[run(row.first_node, row.nodes)].to_vec(),
+            roots: self.tables.part_roots[run(row.first_root, row.roots)].to_vec(),
+            root: Some(ChildRef(row.root)).filter(|&root| root != ChildRef::NONE),
+            levels: row.levels as usize,
+            bounds: Aabb { min, max },
+            extent: row.extent,
+            scale: row.scale,
+            shares: PageBytes::default(),
+        }
+    }
+
+    fn put_pages(&mut self, mesh: &PackedMesh) -> Result<(), StoreError> {
         for (page, attributes) in mesh.pages.iter().zip(&mesh.attributes) {
             let entry = self.put_page(page)?;
-            self.geometry.push(entry);
-            self.attributes_of_page.push(self.attributes.len() as u32);
-            self.first_triangles.extend(&attributes.first_triangles);
+            self.tables.geometry.push(entry);
+            self.tables.attributes_of_page.push(self.tables.attributes.len() as u32);
+            self.tables.first_triangles.extend(&attributes.first_triangles);
             for page in &attributes.pages {
                 let entry = self.put_page(page)?;
-                self.attributes.push(entry);
+                self.tables.attributes.push(entry);
             }
         }
         Ok(())
@@ -157,46 +357,58 @@ impl StoreWriter {
 
     /// Sizes of the meshes so far.
     #[must_use]
-    pub fn extents(&self) -> &[MeshExtent] {
-        &self.extents
+    pub fn extents(&self) -> Vec<MeshExtent> {
+        let extent = |row: &MeshRow| MeshExtent { bounds: object_bounds(row), triangles: row.triangles };
+        self.tables.meshes.iter().map(extent).collect()
+    }
+
+    /// Takes away all that was done.
+    pub fn discard(self) {
+        // What cannot be removed is overwritten by the next pack.
+        let _ = std::fs::remove_file(beside(&self.target, ".part"));
+        let _ = std::fs::remove_file(beside(&self.target, ".journal"));
     }
 
     /// Writes the rest, and gives the store its name. The meshes of `scene` are those that were added; the geometry that it
-    /// has itself stays resident.
+    /// has itself stays resident. `sources` says what the scene was made of.
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn finish(mut self, scene: &Scene) -> Result<StoreSize, StoreError> {
-        self.attributes_of_page.push(self.attributes.len() as u32);
+    pub fn finish(mut self, scene: &Scene, sources: &[SourceFile]) -> Result<StoreSize, StoreError> {
+        let (textures, tiles) = (std::mem::take(&mut self.textures), std::mem::take(&mut self.tiles));
+        let triangles = self.tables.meshes.iter().map(|mesh| mesh.triangles).sum();
+        let tables = std::mem::take(&mut self.tables);
         let instances: Vec<InstanceRow> = scene.instances().iter().map(instance_row).collect();
         let described = self.describe(scene)?;
-        let mut rows = Vec::new();
-        let (meshes, nodes, roots) = (take(&mut self.meshes), take(&mut self.nodes), take(&mut self.roots));
-        let (geometry, attributes) = (take(&mut self.geometry), take(&mut self.attributes));
-        let (textures, tiles) = (take(&mut self.textures), take(&mut self.tiles));
-        let (of_page, firsts) = (take(&mut self.attributes_of_page), take(&mut self.first_triangles));
-        rows.push(self.put_section(Section::Scene, &described)?);
-        rows.push(self.put_section(Section::Meshes, bytemuck::cast_slice(&meshes))?);
-        rows.push(self.put_section(Section::Nodes, bytemuck::cast_slice(&nodes))?);
-        rows.push(self.put_section(Section::Roots, bytemuck::cast_slice(&roots))?);
-        rows.push(self.put_section(Section::Geometry, bytemuck::cast_slice(&geometry))?);
-        rows.push(self.put_section(Section::Attributes, bytemuck::cast_slice(&attributes))?);
-        rows.push(self.put_section(Section::AttributesOfPage, bytemuck::cast_slice(&of_page))?);
-        rows.push(self.put_section(Section::FirstTriangles, bytemuck::cast_slice(&firsts))?);
-        rows.push(self.put_section(Section::Instances, bytemuck::cast_slice(&instances))?);
-        rows.push(self.put_section(Section::Textures, bytemuck::cast_slice(&textures))?);
-        rows.push(self.put_section(Section::Tiles, bytemuck::cast_slice(&tiles))?);
-        let resident = rows.iter().map(|row| row.bytes).sum();
+        let of_page = [&tables.attributes_of_page[..], &[tables.attributes.len() as u32]].concat();
+        let sources = postcard::to_stdvec(sources);
+        let sources = sources.map_err(|error| StoreError::pack("sources", error.to_string()))?;
+        let sections: [(Section, &[u8]); 12] = [
+            (Section::Scene, &described),
+            (Section::Meshes, cast_slice(&tables.meshes)),
+            (Section::Nodes, cast_slice(&tables.nodes)),
+            (Section::Roots, cast_slice(&tables.roots)),
+            (Section::Geometry, cast_slice(&tables.geometry)),
+            (Section::Attributes, cast_slice(&tables.attributes)),
+            (Section::AttributesOfPage, cast_slice(&of_page)),
+            (Section::FirstTriangles, cast_slice(&tables.first_triangles)),
+            (Section::Instances, cast_slice(&instances)),
+            (Section::Textures, cast_slice(&textures)),
+            (Section::Tiles, cast_slice(&tiles)),
+            (Section::Sources, &sources),
+        ];
+        let put = |(kind, bytes): (Section, &[u8])| self.put_section(kind, bytes);
+        let rows = sections.into_iter().map(put).collect::<Result<Vec<SectionRow>, StoreError>>()?;
         let in_pages = |pages: &[EntryRow]| pages.iter().map(|page| u64::from(page.bytes)).sum::<u64>();
         self.finish_file(&rows)?;
         Ok(StoreSize {
             file: self.offset,
-            geometry: in_pages(&geometry),
-            attributes: in_pages(&attributes),
+            geometry: in_pages(&tables.geometry),
+            attributes: in_pages(&tables.attributes),
             tiles: in_pages(&tiles),
-            resident,
-            pages: geometry.len() as u64,
-            triangles: self.extents.iter().map(|extent| extent.triangles).sum(),
+            resident: rows.iter().map(|row| row.bytes).sum(),
+            pages: tables.geometry.len() as u64,
+            triangles,
         })
     }
 
@@ -230,22 +442,18 @@ impl StoreWriter {
             self.file.seek(SeekFrom::Start(0))?;
             self.file.write_all(bytes_of(&header))?;
             self.file.flush()?;
-            self.file.get_ref().as_file().sync_data()
+            self.file.get_ref().sync_data()
         };
         commit().map_err(|error| StoreError::write(&target, &error))?;
         self.persist()
     }
 
     fn persist(&mut self) -> Result<(), StoreError> {
-        let failed = |error: &std::io::Error| StoreError::write(&self.target, error);
-        // A temporary file is its owner's alone; a store is as open as other files.
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            let permissions = std::fs::Permissions::from_mode(0o644);
-            self.file.get_ref().as_file().set_permissions(permissions).map_err(|e| failed(&e))?;
-        }
-        std::fs::rename(self.file.get_ref().path(), &self.target).map_err(|e| failed(&e))
+        let renamed = std::fs::rename(beside(&self.target, ".part"), &self.target);
+        renamed.map_err(|error| StoreError::write(&self.target, &error))?;
+        // A journal without its store is not believed.
+        let _ = std::fs::remove_file(beside(&self.target, ".journal"));
+        Ok(())
     }
 
     fn put_section(&mut self, kind: Section, bytes: &[u8]) -> Result<SectionRow, StoreError> {
@@ -279,8 +487,39 @@ impl StoreWriter {
     }
 }
 
-fn take<T: Default>(value: &mut T) -> T {
-    std::mem::take(value)
+/// What is known of a mesh besides its tree.
+struct About {
+    layout: AttributeLayout,
+    strategy: PageStrategy,
+    extent: MeshExtent,
+}
+
+/// The row of a mesh or a part of one; `places` are its first node, root and page, and the number of pages.
+fn mesh_row(above: &CompactMesh, about: &About, places: [u32; 4]) -> MeshRow {
+    let [first_node, first_root, first_page, pages] = places;
+    let bounds = |b: &Aabb| [b.min.to_array(), b.max.to_array()];
+    MeshRow {
+        triangles: about.extent.triangles,
+        first_node,
+        nodes: above.nodes.len() as u32,
+        first_root,
+        roots: above.roots.len() as u32,
+        first_page,
+        pages,
+        root: above.root.unwrap_or(ChildRef::NONE).0,
+        levels: above.levels as u32,
+        bounds: bounds(&above.bounds),
+        object_bounds: bounds(&about.extent.bounds),
+        extent: above.extent,
+        scale: above.scale,
+        attributes: about.layout.0,
+        strategy: about.strategy as u32,
+    }
+}
+
+fn object_bounds(row: &MeshRow) -> Aabb {
+    let [min, max] = row.object_bounds.map(Vec3::from);
+    Aabb { min, max }
 }
 
 pub(crate) fn header_crc32(header: &Header) -> u32 {

@@ -20,6 +20,8 @@ pub enum ErrorClass {
     Output,
     /// Samples were not finite where that was declared an error.
     NonFinite,
+    /// The user stopped the work.
+    Interrupted,
 }
 
 /// Why something could not be done.

@@ -14,12 +14,17 @@
 //! # Ok::<(), vastlight::Error>(())
 //! ```
 
+mod budget;
+mod cached;
 mod camera;
 mod environment;
 mod error;
 mod ids;
+mod input;
 mod load;
+mod manifest;
 mod memory;
+mod merge;
 mod ooc;
 mod open;
 mod overrides;
@@ -30,14 +35,16 @@ mod render;
 mod stats;
 mod textures;
 
+pub use cached::cached_store;
 pub use camera::CameraChoice;
 pub use error::{Error, ErrorClass};
-pub use load::{LoadOptions, describe, load, stream};
+pub use input::PackInput;
+pub use load::{LoadOptions, describe, load, pack_input, stream};
 pub use memory::{MemoryEstimate, default_budget_bytes, human_bytes, parse_bytes, peak_rss_bytes};
 pub use ooc::{OocFigures, measure_ooc};
-pub use open::{OpenScene, open, open_store};
+pub use open::{OpenScene, is_store, open, open_store};
 pub use overrides::Overrides;
-pub use pack::pack;
+pub use pack::{PackControl, PackProgress, pack, pack_within};
 pub use paged::PagingRequest;
 pub use render::{Control, Progress, RenderRequest, Rendered, render};
 pub use stats::{CacheCounts, Ending, PagingStats, SceneCounts, Stats};

@@ -1,12 +1,17 @@
 //! From a file name or `demo:NAME` to a scene.
 
+use crate::budget::check_import;
+use crate::manifest::{self, is_manifest};
+use crate::merge::Merged;
 use crate::open::is_store;
 use crate::overrides::Overrides;
-use crate::{Error, environment};
+use crate::{Error, PackInput, environment};
 use std::path::{Path, PathBuf};
-use vastlight_import::LoadOptions as ImportOptions;
+use vastlight_import::{LoadOptions as ImportOptions, Streamed};
+use vastlight_math::Affine3;
 use vastlight_scene::generate::{self, GenerateOptions};
-use vastlight_scene::{Scene, SceneDesc, SceneStream};
+use vastlight_scene::{Instance, Scene, SceneDesc, SceneStream};
+use vastlight_store::SourceFile;
 
 /// How a scene is opened.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,6 +57,105 @@ pub fn stream(source: &str, options: &LoadOptions) -> Result<SceneStream, Error>
     Ok(stream)
 }
 
+/// Bytes that a demo scene holds on its way: pieces that are made ahead.
+const DEMO_BYTES: u64 = 64 << 20;
+
+/// A file of a scene, and where it stands.
+struct Placed {
+    source: String,
+    transforms: Vec<Affine3>,
+}
+
+/// Scenes for [`pack_within`](crate::pack_within): files, manifests or `demo:NAME`, all in one store. What of them must
+/// be read as a whole is compared with `memory` (none for the default budget) before.
+///
+/// # Errors
+/// If a file cannot be read or is wrong, does not fit, the demo is unknown, or an override names what is not there.
+pub fn pack_input(
+    sources: &[String],
+    options: &LoadOptions,
+    memory: Option<u64>,
+) -> Result<PackInput, Error> {
+    let placed = placed(sources)?;
+    let files = || placed.iter().filter(|file| !file.source.starts_with("demo:"));
+    let whole = |file: &Placed| vastlight_import::streaming_bytes(Path::new(&file.source), &options.import);
+    let whole = files().map(whole).sum::<Result<u64, _>>()?;
+    let demos = (placed.len() - files().count()) as u64;
+    check_import(memory, whole)?;
+    let streamed = streamed(&placed, options)?;
+    let mut input = PackInput {
+        large: streamed.large,
+        sources: source_files(sources, &placed, options)?,
+        settings: settings(options),
+        held_bytes: whole + demos * DEMO_BYTES,
+        ..streamed.stream.into()
+    };
+    adapt(&mut input.stream.desc, options)?;
+    Ok(input)
+}
+
+/// The files behind sources, with the places of those in manifests.
+fn placed(sources: &[String]) -> Result<Vec<Placed>, Error> {
+    let mut files = Vec::new();
+    for source in sources {
+        if is_store(source) {
+            return Err(Error::usage(
+                "this is a store already",
+                source,
+                "name the files that it was packed from",
+            ));
+        }
+        if is_manifest(source) {
+            let listed = manifest::read(Path::new(source))?.into_iter();
+            let file =
+                |(path, transforms): (PathBuf, _)| Placed { source: path.display().to_string(), transforms };
+            files.extend(listed.map(file));
+        } else {
+            files.push(Placed { source: source.clone(), transforms: vec![Affine3::IDENTITY] });
+        }
+    }
+    Ok(files)
+}
+
+fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error> {
+    let mut merged = Merged::default();
+    for Placed { source, transforms } in placed {
+        let scene = match source.strip_prefix("demo:") {
+            Some(name) => Streamed { stream: generate::stream(name, &options.generate)?, large: Vec::new() },
+            None => vastlight_import::stream(Path::new(source), &options.import)?,
+        };
+        merged.add(scene, transforms.clone());
+    }
+    Ok(merged.finish())
+}
+
+/// What a store says that it was made of.
+fn source_files(
+    given: &[String],
+    placed: &[Placed],
+    options: &LoadOptions,
+) -> Result<Vec<SourceFile>, Error> {
+    let manifests = given.iter().filter(|source| is_manifest(source));
+    let names: Vec<&String> = manifests.chain(placed.iter().map(|file| &file.source)).collect();
+    let GenerateOptions { triangles, seed, .. } = options.generate;
+    let file = |name: &&String| {
+        if name.starts_with("demo:") {
+            let size = triangles.map_or(String::new(), |n| format!(", {n} triangles"));
+            return Ok(SourceFile { name: format!("{name} (seed {seed}{size})"), ..SourceFile::default() });
+        }
+        SourceFile::of_path(Path::new(name)).map_err(|e| Error::scene(e.to_string(), name.as_str(), ""))
+    };
+    let mut files = names.iter().map(file).collect::<Result<Vec<_>, Error>>()?;
+    files.extend(options.environment.iter().filter_map(|path| SourceFile::of_path(path).ok()));
+    Ok(files)
+}
+
+/// What of the options changes a store; files among them are sources.
+fn settings(options: &LoadOptions) -> String {
+    let LoadOptions { import, generate, sun, overrides, .. } = options;
+    format!("{:?} {sun:?} {generate:?} {overrides:?}", import.scene)
+}
+
 /// Changes a description as the options say.
 pub(crate) fn adapt(desc: &mut SceneDesc, options: &LoadOptions) -> Result<(), Error> {
     if let Some(path) = &options.environment {
@@ -71,8 +175,22 @@ pub(crate) fn adapt(desc: &mut SceneDesc, options: &LoadOptions) -> Result<(), E
 /// # Errors
 /// If the file cannot be read or is wrong, or the demo is unknown.
 pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error> {
-    match source.strip_prefix("demo:") {
-        Some(name) => Ok(generate::by_name(name, &options.generate)?),
-        None => Ok(vastlight_import::load(Path::new(source), &options.import)?),
+    if let Some(name) = source.strip_prefix("demo:") {
+        return Ok(generate::by_name(name, &options.generate)?);
     }
+    if !is_manifest(source) {
+        return Ok(vastlight_import::load(Path::new(source), &options.import)?);
+    }
+    let Streamed { stream, large } = streamed(&placed(&[source.to_owned()])?, options)?;
+    let mut desc = stream.collect()?;
+    for large in large {
+        let (mesh, instances) = (desc.meshes.len() as u32, large.instances.clone());
+        desc.meshes.push(large.collect()?);
+        desc.instances.extend(instances.iter().map(|i| Instance {
+            world_from_object: i.world_from_object,
+            mesh,
+            name: i.name,
+        }));
+    }
+    Ok(desc)
 }

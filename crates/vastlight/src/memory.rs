@@ -1,9 +1,10 @@
 //! How much memory there is, how much is used, and how much a picture will need.
 
+use crate::budget::image_bytes;
 use crate::{Error, ErrorClass};
 use std::fs;
 use vastlight_film::{Aov, FilmTile};
-use vastlight_scene::{Image, Mesh, Scene, Texels};
+use vastlight_scene::{Mesh, Scene};
 
 /// What a picture of a scene needs, in bytes. An estimate, made before the work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,7 +61,7 @@ impl MemoryEstimate {
             return Ok(());
         }
         let what = format!("about {} are needed, the budget is {}", human_bytes(needed), human_bytes(budget));
-        let hint = "a larger --memory, a smaller picture or fewer AOVs; out-of-core scenes come with a later version";
+        let hint = "a larger --memory, a smaller picture or fewer AOVs, or --cache-dir DIR";
         Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
     }
 }
@@ -79,15 +80,6 @@ fn mesh_bytes(mesh: &Mesh) -> u64 {
         + size_of_val(&mesh.tangents[..])
         + size_of_val(&mesh.colors[..])
         + uvs;
-    bytes as u64
-}
-
-fn image_bytes(image: &Image) -> u64 {
-    let bytes = match &image.texels {
-        Texels::U8(v) => size_of_val(&v[..]),
-        Texels::U16(v) => size_of_val(&v[..]),
-        Texels::F32(v) => size_of_val(&v[..]),
-    };
     bytes as u64
 }
 

@@ -52,7 +52,8 @@ pub fn open(source: &str, options: &LoadOptions) -> Result<OpenScene, Error> {
 }
 
 /// Whether a scene's name is that of a store.
-pub(crate) fn is_store(source: &str) -> bool {
+#[must_use]
+pub fn is_store(source: &str) -> bool {
     !source.starts_with("demo:")
         && Path::new(source).extension().is_some_and(|extension| extension.eq_ignore_ascii_case(STORE))
 }

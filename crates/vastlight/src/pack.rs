@@ -1,54 +1,141 @@
-//! From a scene, mesh by mesh, to a store.
+//! From a scene, mesh by mesh, to a store, within a memory budget.
+//!
+//! Meshes that fit are packed in memory, several side by side; one that does not goes through the disk and is packed
+//! bucket by bucket. What is done is noted beside the store, so that a pack that was stopped goes on from there.
 
-use crate::{Error, textures};
+use crate::budget::PackBudget;
+use crate::{Error, ErrorClass, PackInput, textures};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use vastlight_accel::Scratch;
 use vastlight_scene::{
-    Instance, Material, Mesh, MeshPreparation, Piece, Scene, SceneDesc, SceneError, SceneStream,
+    Diagnostic, Instance, LargeMesh, Material, Mesh, MeshPreparation, Piece, PieceInstance, Scene, SceneDesc,
+    SceneError,
 };
-use vastlight_store::{PackConfig, PackedMesh, StoreSize, StoreWriter};
+use vastlight_store::{PackConfig, PackedMesh, Spool, SpooledMesh, StoreSize, StoreWriter};
 
-/// Triangles of meshes that are packed side by side.
-const TOGETHER: usize = 1 << 19;
+/// How far a pack is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PackProgress {
+    /// Triangles that are in the store.
+    pub triangles: u64,
+    /// Of how many, as far as that is known.
+    pub total: Option<u64>,
+    /// Triangles that an earlier run had packed already.
+    pub resumed: u64,
+}
 
-/// Packs a scene to a store at `target`; `progress` is told the triangles so far. The same scene gives the same bytes.
+/// What a pack is told, and tells.
+pub struct PackControl<'a> {
+    /// Most bytes of the process; none for the default.
+    pub memory: Option<u64>,
+    /// Set to stop: what is done stays for the next time.
+    pub cancel: &'a AtomicBool,
+    /// Told after each step.
+    pub progress: &'a dyn Fn(&PackProgress),
+}
+
+impl std::fmt::Debug for PackControl<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PackControl").field("memory", &self.memory).finish_non_exhaustive()
+    }
+}
+
+/// Packs a scene to a store at `target` within the default budget; `progress` is told the triangles so far. The same
+/// scene gives the same bytes.
 ///
 /// # Errors
-/// If the scene is wrong, or the store cannot be written: the target is then left as it was.
+/// Those of [`pack_within`].
 pub fn pack(
-    stream: SceneStream,
+    input: impl Into<PackInput>,
     target: &Path,
     config: &PackConfig,
-    mut progress: impl FnMut(u64),
+    progress: impl Fn(u64),
 ) -> Result<StoreSize, Error> {
-    let SceneStream { mut desc, pieces, rows, .. } = stream;
-    if let Some(error) = desc.diagnostics.first_error() {
-        return Err(SceneError::from(error.clone()).into());
-    }
+    let progress = |p: &PackProgress| progress(p.triangles);
+    let control = PackControl { memory: None, cancel: &AtomicBool::new(false), progress: &progress };
+    pack_within(input.into(), target, config, control)
+}
+
+/// Packs a scene to a store at `target`. A pack that was stopped before, of the same scene in the same way, goes on where
+/// it was; the store is the same, byte for byte.
+///
+/// # Errors
+/// If the budget is too small, the scene is wrong, the store cannot be written, or the pack was cancelled: the target is then left as it was.
+/// Where the disk failed or the pack was cancelled, what is done is kept beside it.
+pub fn pack_within(
+    input: PackInput,
+    target: &Path,
+    config: &PackConfig,
+    control: PackControl<'_>,
+) -> Result<StoreSize, Error> {
+    let budget = PackBudget::new(control.memory, &input)?;
+    let mut writer = StoreWriter::create(target, &identity(&input, config, Some(budget.most))?)?;
+    let total = input.triangles();
+    let PackInput { stream, large, sources, .. } = input;
+    let mut desc = stream.desc;
     if desc.materials.is_empty() {
         desc.materials.push(Material::new("neutral"));
     }
     let preparation = MeshPreparation::new(&desc);
-    let mut writer = StoreWriter::create(target)?;
-    textures::pack(&mut desc, rows, config.tile_bytes, &mut writer)?;
-    let mut packing = Packing { desc, preparation, config, writer };
-    let (mut waiting, mut triangles, mut done) = (Vec::new(), 0, 0);
-    for piece in pieces {
-        let piece = piece?;
-        triangles += piece.mesh.triangles.len();
-        waiting.push(piece);
-        if triangles >= TOGETHER {
-            packing.add(&mut waiting)?;
-            done += std::mem::take(&mut triangles) as u64;
-            progress(done);
-        }
-    }
-    packing.add(&mut waiting)?;
-    progress(done + triangles as u64);
+    // Tiles stand before all meshes, and are made again when a pack goes on: the same bytes at the same place.
+    textures::pack(&mut desc, stream.rows, config.tile_bytes, &mut writer)?;
+    let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let done = PackProgress { triangles: 0, total, resumed: 0 };
+    let mut packing = Packing { desc, preparation, config, writer, budget, folder, control, done };
+    let packed = packing.run(stream.pieces, large);
     let Packing { desc, writer, .. } = packing;
-    let scene = Scene::with_meshes_elsewhere(desc, writer.extents().to_vec())?;
-    Ok(writer.finish(&scene)?)
+    if let Err(error) = packed {
+        if !matches!(error.class, ErrorClass::Output | ErrorClass::Interrupted) {
+            writer.discard();
+        }
+        return Err(error);
+    }
+    let scene = Scene::with_meshes_elsewhere(desc, writer.extents())?;
+    Ok(writer.finish(&scene, &sources)?)
+}
+
+/// What says which scene is packed, and how; `most` is the largest mesh that is packed at once.
+pub(crate) fn identity(
+    input: &PackInput,
+    config: &PackConfig,
+    most: Option<usize>,
+) -> Result<Vec<u8>, Error> {
+    if let Some(error) = input.stream.desc.diagnostics.first_error() {
+        return Err(SceneError::from(error.clone()).into());
+    }
+    if input.sources.is_empty() {
+        // Nothing says whether it is the same scene the next time.
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+        return postcard_bytes(&(std::process::id(), now.as_nanos() as u64));
+    }
+    let version = (vastlight_store::format::VERSION, env!("CARGO_PKG_VERSION"));
+    let settings = format!("{config:?} {}", input.settings);
+    postcard_bytes(&(version, &input.sources, settings, most.map(|most| most as u64)))
+}
+
+fn postcard_bytes<T: Serialize>(value: &T) -> Result<Vec<u8>, Error> {
+    postcard::to_stdvec(value).map_err(|error| Error::scene(error.to_string(), "journal", ""))
+}
+
+/// What stays in memory of a mesh that is in the store.
+#[derive(Debug, Serialize, Deserialize)]
+struct Kept {
+    mesh: Mesh,
+    instances: Vec<PieceInstance>,
+    found: Vec<Diagnostic>,
+    triangles: u64,
+}
+
+/// A step, as the journal has it.
+#[derive(Debug, Serialize, Deserialize)]
+enum Step {
+    /// Meshes were added, or one was put together from its parts.
+    Meshes(Vec<Kept>),
+    /// A part of so many triangles was added.
+    Part(u64),
 }
 
 struct Packing<'c> {
@@ -57,41 +144,190 @@ struct Packing<'c> {
     preparation: MeshPreparation,
     config: &'c PackConfig,
     writer: StoreWriter,
+    budget: PackBudget,
+    folder: &'c Path,
+    control: PackControl<'c>,
+    done: PackProgress,
 }
 
 impl Packing<'_> {
+    fn run(&mut self, mut pieces: vastlight_scene::Pieces, large: Vec<LargeMesh>) -> Result<(), Error> {
+        self.resume()?;
+        let mut skip = self.desc.meshes.len();
+        // Large meshes stand behind all pieces.
+        let mut next = match skip.checked_sub(1) {
+            Some(last) => pieces.nth(last).map(drop).and_then(|()| pieces.next()),
+            None => pieces.next(),
+        };
+        let mut batch = Vec::new();
+        let mut seen = skip;
+        while let Some(piece) = next {
+            self.add_piece(piece?, &mut batch)?;
+            seen += 1;
+            next = pieces.next();
+        }
+        self.add(&mut batch)?;
+        skip = skip.saturating_sub(seen.min(skip));
+        large.into_iter().skip(skip).try_for_each(|mesh| self.add_large(mesh))
+    }
+
+    /// Takes over what an earlier run has done.
+    fn resume(&mut self) -> Result<(), Error> {
+        let mut steps = Vec::new();
+        self.writer.resume(|note| steps.extend(postcard::from_bytes::<Step>(note).ok()))?;
+        for step in steps {
+            match step {
+                Step::Meshes(kept) => kept.into_iter().for_each(|kept| self.keep(kept)),
+                Step::Part(triangles) => self.done.triangles += triangles,
+            }
+        }
+        self.done.resumed = self.done.triangles;
+        Ok(())
+    }
+
+    /// Adds a piece to those that are packed side by side, and packs them when there are enough.
+    fn add_piece(&mut self, piece: Piece, batch: &mut Vec<Piece>) -> Result<(), Error> {
+        let waiting: usize = batch.iter().map(|piece| piece.mesh.triangles.len()).sum();
+        let triangles = piece.mesh.triangles.len();
+        if waiting > 0 && waiting + triangles > self.budget.most {
+            self.add(batch)?;
+        }
+        if triangles > self.budget.most {
+            return self.add_through_disk(piece);
+        }
+        batch.push(piece);
+        if waiting + triangles >= self.budget.together { self.add(batch) } else { Ok(()) }
+    }
+
     /// Packs pieces side by side and adds them in their order.
     fn add(&mut self, pieces: &mut Vec<Piece>) -> Result<(), Error> {
+        if pieces.is_empty() {
+            return Ok(());
+        }
         let (preparation, config) = (&self.preparation, self.config);
         let prepare = |scratch: &mut Scratch, piece: &mut Piece| {
             let found = preparation.prepare(&mut piece.mesh)?;
             Ok::<_, Error>((found, PackedMesh::new(&piece.mesh, config, scratch)?))
         };
         let packed: Vec<_> = pieces.par_iter_mut().map_init(Scratch::default, prepare).collect();
+        let mut kept = Vec::with_capacity(pieces.len());
         for (piece, packed) in pieces.drain(..).zip(packed) {
             let (found, mesh) = packed?;
-            found.into_iter().for_each(|diagnostic| self.desc.diagnostics.push(diagnostic));
             self.writer.add(&mesh)?;
-            self.describe(piece);
+            kept.push(self.kept(piece, found));
         }
-        Ok(())
+        self.note(Step::Meshes(kept))
     }
 
-    /// Keeps what is resident of a piece.
-    fn describe(&mut self, piece: Piece) {
+    /// What stays in memory of a piece.
+    fn kept(&self, piece: Piece, found: Vec<Diagnostic>) -> Kept {
         let Piece { mesh, instances } = piece;
-        let number = self.desc.meshes.len() as u32;
-        let shines = materials_of(&mesh).any(|material| self.desc.materials[material as usize].is_emissive());
-        self.desc.meshes.push(if shines {
+        let triangles = mesh.triangles.len() as u64;
+        let mesh = if self.shines(&mesh) {
             mesh
         } else {
             Mesh { name: mesh.name, parts: mesh.parts, ..Mesh::default() }
-        });
-        self.desc.instances.extend(instances.iter().map(|i| Instance {
+        };
+        Kept { mesh, instances, found, triangles }
+    }
+
+    fn shines(&self, mesh: &Mesh) -> bool {
+        let shines =
+            |material: u32| self.desc.materials.get(material as usize).is_some_and(Material::is_emissive);
+        materials_of(mesh).any(shines)
+    }
+
+    /// Packs a mesh in memory bucket by bucket.
+    fn add_through_disk(&mut self, mut piece: Piece) -> Result<(), Error> {
+        let found = self.preparation.prepare(&mut piece.mesh)?;
+        let name = piece.mesh.name.clone();
+        let mut spool = Spool::of_prepared(self.folder, self.budget.cache)?;
+        let read = piece.mesh.stream(&mut spool);
+        let spooled = spool.finish::<Error>(read)?;
+        // Triangles are counted part by part.
+        let kept = Kept { triangles: 0, ..self.kept(piece, found) };
+        self.add_buckets(&name, spooled)?;
+        self.note(Step::Meshes(vec![kept]))
+    }
+
+    /// Adds a mesh that comes block by block: through memory if it fits, else through the disk.
+    fn add_large(&mut self, large: LargeMesh) -> Result<(), Error> {
+        self.check_cancel()?;
+        let mesh = Mesh { name: large.name.clone(), parts: large.parts.clone(), ..Mesh::default() };
+        let needs_all = self.shines(&mesh) || materials_of(&mesh).any(|m| self.preparation.needs_tangents(m));
+        let fits = large.triangles.is_some_and(|n| n <= self.budget.most as u64);
+        if needs_all || fits {
+            if let Some(n) = large.triangles.filter(|_| !fits) {
+                self.budget.check_whole(n, &large.name)?;
+            }
+            let instances = large.instances.clone();
+            let piece = Piece { mesh: large.collect()?, instances };
+            if piece.mesh.triangles.len() > self.budget.most {
+                return self.add_through_disk(piece);
+            }
+            return self.add(&mut vec![piece]);
+        }
+        let mut spool = Spool::new(self.folder, self.budget.cache)?;
+        let read = (large.read)(&mut spool);
+        let spooled = spool.finish::<Error>(read)?;
+        if spooled.triangles() == 0 {
+            return self.add(&mut vec![Piece { mesh, instances: large.instances }]);
+        }
+        let found = self.add_buckets(&large.name, spooled)?;
+        self.note(Step::Meshes(vec![Kept { mesh, instances: large.instances, found, triangles: 0 }]))
+    }
+
+    /// Packs a mesh on disk bucket by bucket, and puts the tree above them. What was found about its triangles.
+    fn add_buckets(&mut self, name: &str, spooled: SpooledMesh) -> Result<Vec<Diagnostic>, Error> {
+        let mut buckets = spooled.cut(name, self.budget.most)?;
+        let mut number = self.writer.waiting_parts();
+        let mut bucket = (number < buckets.len()).then(|| buckets.load(number)).transpose()?;
+        while let Some(current) = bucket.take() {
+            self.check_cancel()?;
+            let more = number + 1 < buckets.len();
+            let config = self.config;
+            let (packed, next) = rayon::join(
+                || PackedMesh::part(&current, config, &mut Scratch::default()),
+                || more.then(|| buckets.load(number + 1)).transpose(),
+            );
+            self.writer.add_part(&packed?)?;
+            self.note(Step::Part(current.numbers.len() as u64))?;
+            bucket = next?;
+            number += 1;
+        }
+        self.writer.join_parts(name, &self.config.accel)?;
+        Ok(buckets.findings().of_mesh(name))
+    }
+
+    /// Notes that a step is done, and takes over what stays of it.
+    fn note(&mut self, step: Step) -> Result<(), Error> {
+        self.writer.note(&postcard_bytes(&step)?)?;
+        match step {
+            Step::Meshes(kept) => kept.into_iter().for_each(|kept| self.keep(kept)),
+            Step::Part(triangles) => self.done.triangles += triangles,
+        }
+        (self.control.progress)(&self.done);
+        self.check_cancel()
+    }
+
+    fn keep(&mut self, kept: Kept) {
+        let number = self.desc.meshes.len() as u32;
+        self.done.triangles += kept.triangles;
+        kept.found.into_iter().for_each(|diagnostic| self.desc.diagnostics.push(diagnostic));
+        self.desc.meshes.push(kept.mesh);
+        self.desc.instances.extend(kept.instances.iter().map(|i| Instance {
             world_from_object: i.world_from_object,
             mesh: number,
             name: i.name,
         }));
+    }
+
+    fn check_cancel(&self) -> Result<(), Error> {
+        if !self.control.cancel.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let hint = "the same command goes on where it stopped";
+        Err(Error::new(ErrorClass::Interrupted, "interrupted", "pack", hint))
     }
 }
 

@@ -8,7 +8,8 @@ use clap::Args;
 use serde_json::json;
 use std::io::Write;
 use vastlight::scene::{Camera, Environment, Projection, Scene};
-use vastlight::{Error, MemoryEstimate, SceneCounts, default_budget_bytes, human_bytes};
+use vastlight::store::SourceFile;
+use vastlight::{Error, MemoryEstimate, OpenScene, SceneCounts, default_budget_bytes, human_bytes};
 
 /// Show what is in a scene, how much memory it needs, and what was ignored
 #[derive(Args, Debug)]
@@ -24,16 +25,32 @@ pub(crate) struct Info {
 const PIXELS: u64 = 1920 * 1080;
 
 pub(crate) fn run(arguments: &Info, common: &Common) -> Result<Exit, Error> {
-    let open = arguments.scene.open(common)?;
-    let scene = open.scene;
+    let OpenScene { scene, stored } = arguments.scene.open(common)?;
+    let sources = stored.map(|stored| stored.sources).unwrap_or_default();
     let estimate = MemoryEstimate::new(&scene, PIXELS, &[], rayon::current_num_threads());
     let text = if arguments.json {
-        format!("{}\n", as_json(&arguments.scene.scene, &scene, &estimate))
+        let mut value = as_json(&arguments.scene.scene, &scene, &estimate);
+        value["sources"] = json!(sources.iter().map(source_json).collect::<Vec<_>>());
+        format!("{value}\n")
     } else {
-        as_text(&arguments.scene.scene, &scene, &estimate, common)
+        let text = as_text(&arguments.scene.scene, &scene, &estimate, common);
+        sources.iter().fold(text, |text, source| text + &source_line(source))
     };
     std::io::stdout().lock().write_all(text.as_bytes()).map_err(|e| stdout_error(&e))?;
     Ok(Exit::Done)
+}
+
+fn source_json(source: &SourceFile) -> serde_json::Value {
+    json!({
+        "name": source.name, "bytes": source.bytes, "modified_ns": source.modified_ns,
+        "changed": source.has_changed(),
+    })
+}
+
+fn source_line(source: &SourceFile) -> String {
+    let size = if source.bytes > 0 { format!(", {}", human_bytes(source.bytes)) } else { String::new() };
+    let changed = if source.has_changed() { "; changed since" } else { "" };
+    format!("  packed from  {}{size}{changed}\n", source.name)
 }
 
 fn as_json(name: &str, scene: &Scene, estimate: &MemoryEstimate) -> serde_json::Value {

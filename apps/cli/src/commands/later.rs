@@ -22,8 +22,6 @@ pub(crate) struct Later {
     caustics: Option<String>,
     #[arg(long, hide = true)]
     gpu_memory: Option<String>,
-    #[arg(long, hide = true)]
-    cache_dir: Option<String>,
 }
 
 impl Later {
@@ -39,7 +37,6 @@ impl Later {
             ("--denoise", self.denoise),
             ("--caustics", photons),
             ("--gpu-memory", self.gpu_memory.is_some()),
-            ("--cache-dir", self.cache_dir.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((flag, _)) => Err(Error::usage("this option is not available yet", *flag, "leave it out")),

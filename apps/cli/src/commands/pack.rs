@@ -1,20 +1,29 @@
-//! `vastlight pack SCENE -o FILE.vls`: a scene as a store.
+//! `vastlight pack SCENE... -o FILE.vls`: one or several scenes as a store.
 
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
+use crate::interrupt;
+use crate::progress::{ProgressKind, Reporter};
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use vastlight::film::check_writable;
 use vastlight::store::{PackConfig, PageStrategy, StoreSize};
-use vastlight::{Error, human_bytes, peak_rss_bytes};
+use vastlight::{Error, PackControl, human_bytes, pack_input, pack_within, peak_rss_bytes};
 
-/// Pack a scene to a store (.vls), which is rendered within any memory budget
+/// Pack a scene to a store (.vls), which is rendered within any memory budget; a pack that was stopped goes on when it is
+/// started again
 #[derive(Args, Debug)]
 pub(crate) struct Pack {
     #[command(flatten)]
     scene: SceneArguments,
+    /// More scenes for the same store
+    #[arg(value_name = "SCENE")]
+    more: Vec<String>,
+    /// Progress on stderr
+    #[arg(long, value_name = "KIND", default_value = "auto")]
+    progress: ProgressKind,
     /// The store: .vls
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -45,29 +54,38 @@ pub(crate) fn run(arguments: &Pack, common: &Common, start: Instant) -> Result<E
         return Err(Error::usage("stores end in .vls", place, ""));
     }
     check_writable(&arguments.output)?;
-    let stream = vastlight::stream(&arguments.scene.scene, &arguments.scene.options(common)?)?;
-    let config = PackConfig {
-        accel: arguments.accel.clone(),
-        split_budget: Some(arguments.split_budget),
-        strategy: PageStrategy::from_name(&arguments.strategy).unwrap_or_default(),
-        page_bytes: arguments.page_bytes,
-        tile_bytes: arguments.tile_bytes,
+    let sources: Vec<String> = [&arguments.scene.scene].into_iter().chain(&arguments.more).cloned().collect();
+    let input = pack_input(&sources, &arguments.scene.options(common)?, common.memory)?;
+    let reporter = Reporter::new(arguments.progress, common.quiet);
+    let control = PackControl {
+        memory: common.memory,
+        cancel: interrupt::flag()?,
+        progress: &|p| reporter.update_pack(p, start.elapsed()),
     };
-    let say = |triangles: u64| {
-        if !common.quiet {
-            eprint!("\r{triangles} triangles packed");
-        }
-    };
-    let size = vastlight::pack(stream, &arguments.output, &config, say)?;
+    let size = pack_within(input, &arguments.output, &arguments.config(), control);
+    reporter.finish();
+    let size = size?;
     let seconds = start.elapsed().as_secs_f64();
     if !common.quiet {
-        eprintln!("\r{place}: {}", in_words(&size, seconds));
+        eprintln!("{place}: {}", in_words(&size, seconds));
     }
     if arguments.json {
         let peak = peak_rss_bytes();
         println!("{}", json!({"pack": place, "size": size, "seconds": seconds, "peak_rss_bytes": peak}));
     }
     Ok(Exit::Done)
+}
+
+impl Pack {
+    fn config(&self) -> PackConfig {
+        PackConfig {
+            accel: self.accel.clone(),
+            split_budget: Some(self.split_budget),
+            strategy: PageStrategy::from_name(&self.strategy).unwrap_or_default(),
+            page_bytes: self.page_bytes,
+            tile_bytes: self.tile_bytes,
+        }
+    }
 }
 
 fn in_words(size: &StoreSize, seconds: f64) -> String {

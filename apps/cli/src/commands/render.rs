@@ -10,6 +10,7 @@ use crate::{commands::later::Later, interrupt};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 use vastlight::film::{Aov, BitDepth, PngOptions, ToneCurve};
 use vastlight::math::Vec3;
@@ -17,8 +18,8 @@ use vastlight::scene::{Camera, Scene};
 use vastlight::trace::TracerConfig;
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, RenderRequest, Rendered,
-    Stats, human_bytes,
+    CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, PackControl, PackProgress,
+    RenderRequest, Rendered, Stats, cached_store, human_bytes,
 };
 
 /// The arguments of `render`.
@@ -30,6 +31,9 @@ pub(crate) struct Render {
     picture: PictureArguments,
     #[command(flatten)]
     output: OutputArguments,
+    /// Where scenes that do not fit into the memory budget are packed, once, and rendered from
+    #[arg(long, value_name = "DIR")]
+    cache_dir: Option<PathBuf>,
     #[command(flatten)]
     later: Later,
 }
@@ -175,6 +179,29 @@ impl PictureArguments {
     }
 }
 
+impl Render {
+    /// Opens the scene, or its store in the folder of those that do not fit.
+    fn open(
+        &self,
+        common: &Common,
+        cancel: &AtomicBool,
+        reporter: &Reporter,
+        start: Instant,
+    ) -> Result<OpenScene, Error> {
+        let Some(cache) = self.cache_dir.as_deref().filter(|_| !self.scene.is_store()) else {
+            return self.scene.open(common);
+        };
+        let progress = |p: &PackProgress| reporter.update_pack(p, start.elapsed());
+        let control = PackControl { memory: common.memory, cancel, progress: &progress };
+        let store = cached_store(&self.scene.scene, &self.scene.options(common)?, cache, control)?;
+        match store {
+            // What options change is in the store already.
+            Some(store) => vastlight::open(&store.display().to_string(), &common.load_options()),
+            None => self.scene.open(common),
+        }
+    }
+}
+
 impl OutputArguments {
     fn png_options(&self) -> Result<PngOptions, Error> {
         let depth = match self.bit_depth {
@@ -203,10 +230,11 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let reporter = Reporter::new(arguments.output.progress, common.quiet);
     let cancel = interrupt::flag()?;
 
-    let open = arguments.scene.open(common)?;
+    let open = arguments.open(common, cancel, &reporter, start)?;
     let scene = &open.scene;
     let load_ms = millis(start.elapsed());
     show_findings(scene, common, &reporter);
+    warn_of_changes(&open, common, &reporter);
     let mut request = arguments.picture.request(scene, arguments.output.aov.clone())?;
     request.paging.memory = common.memory;
     request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
@@ -313,6 +341,15 @@ fn show_findings(scene: &Scene, common: &Common, reporter: &Reporter) {
     if kinds.len() > shown {
         let message = format!("{} more kinds of warnings (see vastlight validate)", kinds.len() - shown);
         warn(reporter, common, &message);
+    }
+}
+
+/// Says which sources of a store are others by now.
+fn warn_of_changes(open: &OpenScene, common: &Common, reporter: &Reporter) {
+    let sources = open.stored.iter().flat_map(|stored| &stored.sources);
+    for source in sources.filter(|source| source.has_changed()) {
+        let name = &source.name;
+        warn(reporter, common, &format!("{name} has changed since the store was packed (pack it again)"));
     }
 }
 

@@ -10,7 +10,7 @@ use super::page::UNIT;
 use super::write::{PackedPage, PageBytes};
 use crate::build::sorted_codes;
 use crate::sort::payload;
-use crate::wide::{ChildRef, MeshBvh, MeshView, TopBvh};
+use crate::wide::{MeshBvh, MeshView};
 use crate::{BinaryTree, BuildConfig, BuildError, Node, Reference, Scratch, build};
 use rayon::prelude::*;
 use vastlight_math::{Aabb, Vec3};
@@ -116,9 +116,7 @@ impl Whole<'_> {
         let view = MeshView { positions: &positions, triangles: &triangles };
         let config = BuildConfig { split_budget: Some(1.0), ..*self.config };
         let (mut wide, _) = MeshBvh::build(self.name, &view, &config, scratch)?;
-        for number in wide.blocks.iter_mut().flat_map(|block| &mut block.prims) {
-            *number = block.get(*number as usize).copied().unwrap_or(*number);
-        }
+        wide.renumber(block);
         let slot = UNIT << 16;
         let (above, mut pages) = CompactMesh::pack(&wide, slot)?;
         match (pages.pop(), pages.is_empty(), above.roots.len()) {
@@ -132,25 +130,19 @@ impl Whole<'_> {
         &self,
         packed: Vec<(CompactMesh, PackedPage)>,
     ) -> Result<(CompactMesh, Vec<PackedPage>), BlockError> {
-        let boxes: Vec<Aabb> = packed.iter().map(|(block, _)| block.bounds).collect();
-        let top = TopBvh::build(self.name, &boxes, |_| 1.0, self.config, &mut Scratch::default())?;
-        let below = packed.iter().map(|(block, _)| block.levels).max().unwrap_or(0);
-        let mut whole = CompactMesh {
-            nodes: top.nodes,
-            roots: Vec::with_capacity(packed.len()),
-            root: top.root.filter(|&root| root != ChildRef::NONE),
-            levels: top.levels + below,
-            bounds: boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b)),
+        let (mut parts, pages): (Vec<CompactMesh>, Vec<PackedPage>) = packed.into_iter().unzip();
+        parts.iter_mut().enumerate().for_each(|(number, part)| part.renumber(number as u32));
+        let empty = || CompactMesh {
+            nodes: Vec::new(),
+            roots: Vec::new(),
+            root: None,
+            levels: 0,
+            bounds: Aabb::EMPTY,
             extent: crate::wide::extent(&self.vertices) * self.scale,
             scale: self.scale,
             shares: PageBytes::default(),
         };
-        let mut pages = Vec::with_capacity(packed.len());
-        for (block, page) in packed {
-            whole.roots.extend(block.roots.iter().map(|root| root.moved(pages.len() as u32)));
-            whole.shares = whole.shares.add(block.shares);
-            pages.push(page);
-        }
+        let whole = CompactMesh::join(self.name, &parts, self.config)?.unwrap_or_else(empty);
         Ok((whole, pages))
     }
 }

@@ -20,6 +20,7 @@
 
 mod blocks;
 mod cluster;
+mod join;
 mod mesh;
 mod node;
 mod pack;

@@ -177,6 +177,13 @@ impl MeshBvh {
         Ok(built(direct, clock.stages))
     }
 
+    /// Gives triangles the numbers that they have in a larger mesh: triangle `i` becomes `numbers[i]`.
+    pub fn renumber(&mut self, numbers: &[u32]) {
+        for number in self.blocks.iter_mut().flat_map(|block| &mut block.prims) {
+            *number = numbers.get(*number as usize).copied().unwrap_or(*number);
+        }
+    }
+
     /// Memory of nodes and blocks.
     #[must_use]
     pub fn bytes(&self) -> usize {

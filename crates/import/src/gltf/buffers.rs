@@ -134,6 +134,24 @@ pub(super) fn shorten(text: &str) -> String {
     short
 }
 
+/// The JSON text of a file; of a GLB without what stands behind it.
+pub(super) fn read_json(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
+    let mut file = std::fs::File::open(path)?;
+    let mut head = Vec::new();
+    (&mut file).take(GLB_HEAD as u64).read_to_end(&mut head)?;
+    if !head.starts_with(b"glTF") {
+        return read_file(path, limit);
+    }
+    let length =
+        head.get(12..16).and_then(|bytes| bytes.first_chunk()).map(|&bytes| u32::from_le_bytes(bytes));
+    let mut json = Vec::new();
+    file.take(u64::from(length.unwrap_or(0))).read_to_end(&mut json)?;
+    Ok(json)
+}
+
+/// Bytes of a GLB before its JSON text.
+pub(super) const GLB_HEAD: usize = 20;
+
 /// Reads a regular file of at most `limit` bytes.
 pub(super) fn read_file(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     let file = std::fs::File::open(path)?;

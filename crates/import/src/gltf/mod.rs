@@ -52,6 +52,26 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, Impo
     Ok(desc)
 }
 
+/// Bytes that [`load`] takes for a file and its buffers at most, as far as the sizes of files say.
+///
+/// # Errors
+/// The file cannot be read.
+pub(crate) fn whole_bytes(path: &Path, options: &LoadOptions) -> Result<u64, ImportError> {
+    let failed = |e: std::io::Error| ImportError::io(&e, path);
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let own = std::fs::metadata(path).map_err(failed)?.len();
+    let text = buffers::read_json(path, options.limits.file_bytes).map_err(failed)?;
+    // What is wrong with the text is found when it is read.
+    let root = json::parse(&text).unwrap_or(json::Json::Null);
+    let size = |buffer: &json::Json<'_>| match buffer.at("uri").text().map(|uri| uri::resolve(uri, folder)) {
+        Some(uri::Uri::File(file)) => std::fs::metadata(file).map_or(0, |metadata| metadata.len()),
+        _ => 0,
+    };
+    let buffers: u64 = root.list("buffers").iter().map(size).sum();
+    // The buffers, and the meshes that are made of them, whose indices become wider.
+    Ok((own + buffers).saturating_mul(5) / 2)
+}
+
 /// Checks a glTF or GLB file and reports all that is found.
 #[must_use]
 pub fn validate(path: &Path) -> Diagnostics {

@@ -1,11 +1,13 @@
 //! The body of a text PLY: words, wherever lines end.
 
+use super::Stopped;
 use super::header::{Element, Property};
 use super::vertices::Vertices;
 use crate::ImportError;
 use crate::number::{parse_f32, parse_i64};
 use crate::scan::Source;
 use std::io::Read;
+use vastlight_scene::MeshSink;
 
 /// Vertices that are made room for at a time.
 const BLOCK_ROWS: u64 = 4096;
@@ -14,26 +16,27 @@ pub(super) fn read_vertices<R: Read>(
     source: &mut Source<R>,
     element: &Element,
     vertices: &mut Vertices,
-) -> Result<(), ImportError> {
+    sink: &mut dyn MeshSink,
+) -> Result<(), Stopped> {
     let slots = vertices.slots.clone();
     let mut done = 0;
     while done < element.count {
         let rows = BLOCK_ROWS.min(element.count - done) as usize;
         vertices.grow(rows);
         for row in 0..rows {
-            let vertex = done as usize + row;
             for (property, slot) in element.properties.iter().zip(&slots) {
                 match (property, slot) {
                     (Property::List { .. }, _) => drop(list(source, element, &mut Vec::new(), false)?),
                     (_, None) => drop(number(source, element)?),
                     (_, &Some(slot)) => {
                         let value = number(source, element)?;
-                        let lane = vertices.lane(slot, vertex);
+                        let lane = vertices.lane(slot, row);
                         lane.values[lane.offset] = value;
                     }
                 }
             }
         }
+        sink.vertices(&vertices.take())?;
         done += rows as u64;
     }
     Ok(())

@@ -1,10 +1,12 @@
 //! The body of a binary PLY, in either byte order.
 
+use super::Stopped;
 use super::header::{ByteOrder, Element, Kind, Property};
 use super::vertices::{Lane, Slot, Vertices};
 use crate::ImportError;
 use crate::scan::Source;
 use std::io::Read;
+use vastlight_scene::MeshSink;
 
 /// Bytes of vertices that are read at a time.
 const BLOCK_BYTES: usize = 1 << 17;
@@ -14,20 +16,22 @@ pub(super) fn read_vertices<R: Read>(
     element: &Element,
     order: ByteOrder,
     vertices: &mut Vertices,
-) -> Result<(), ImportError> {
+    sink: &mut dyn MeshSink,
+) -> Result<(), Stopped> {
     let Some(columns) = fixed_columns(element, vertices) else {
-        return Err(source.byte_error("lists as properties of vertices are not supported"));
+        return Err(source.byte_error("lists as properties of vertices are not supported").into());
     };
     let stride: usize = element.properties.iter().map(scalar_bytes).sum();
     let block_rows = (BLOCK_BYTES / stride.max(1)).max(1) as u64;
     let mut done = 0;
     while done < element.count {
         let rows = block_rows.min(element.count - done) as usize;
-        let Some(bytes) = source.take(rows * stride)? else { return Err(ended(source, element)) };
+        let Some(bytes) = source.take(rows * stride)? else { return Err(ended(source, element).into()) };
         vertices.grow(rows);
         for &(offset, kind, slot) in &columns {
-            fill(bytes, stride, offset, kind, order, vertices.lane(slot, done as usize));
+            fill(bytes, stride, offset, kind, order, vertices.lane(slot, 0));
         }
+        sink.vertices(&vertices.take())?;
         done += rows as u64;
     }
     Ok(())

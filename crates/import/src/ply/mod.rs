@@ -1,6 +1,6 @@
 //! Stanford PLY: text and both binary byte orders, any property types in any order.
 //!
-//! One mesh, streamed: memory is the mesh and one chunk of the file. Colours of integer types are taken as sRGB (what
+//! One mesh, streamed block by block to whoever takes it: into memory, or onto the disk. Colours of integer types are taken as sRGB (what
 //! scanners and editors write), floats as linear.
 
 mod ascii;
@@ -10,12 +10,13 @@ mod vertices;
 
 use crate::polygon::Triangulator;
 use crate::scan::Source;
-use crate::{ImportError, Limits, LoadOptions, single_mesh_scene};
+use crate::single::streamed_mesh;
+use crate::{ErrorKind, ImportError, Limits, LoadOptions, Streamed, single_mesh_scene};
 use header::{Element, Encoding, Header, Property};
 use std::io::Read;
 use std::path::Path;
 use vastlight_math::Vec3;
-use vastlight_scene::{Diagnostics, Mesh, SceneDesc};
+use vastlight_scene::{Diagnostics, Mesh, MeshSink, SceneDesc, SceneError};
 use vertices::Vertices;
 
 /// Reads a PLY file as a scene of one mesh.
@@ -27,33 +28,102 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, Impo
     Ok(single_mesh_scene(mesh, path, diagnostics))
 }
 
+/// A PLY file as a scene of one mesh that is read block by block.
+pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportError> {
+    let file_bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
+    let header = Header::read(&mut Source::open(path, &options.limits)?)?;
+    let mut diagnostics = Diagnostics::default();
+    let faces: u64 = header.elements.iter().filter(|e| e.name == "face").map(|e| e.count).sum();
+    let strips = header.element("tristrips").is_some();
+    if faces == 0 && !strips {
+        warn_no_faces(&mut diagnostics, &path.display().to_string());
+    }
+    let vertices = header.element("vertex").map(|e| Vertices::plan(e, &path.display().to_string()));
+    let colored = vertices.transpose()?.is_some_and(|vertices| vertices.has_colors());
+    let (path_again, limits) = (path.to_owned(), options.limits);
+    let read = move |sink: &mut dyn MeshSink| {
+        let source = Source::open(&path_again, &limits)?;
+        Ok(read_into(source, file_bytes, &limits, sink)?)
+    };
+    // Polygons with more corners make more triangles than there are faces; most files have triangles.
+    let triangles = (!strips).then_some(faces);
+    Ok(streamed_mesh(path, colored, triangles, diagnostics, Box::new(read)))
+}
+
+fn warn_no_faces(diagnostics: &mut Diagnostics, file: &str) {
+    diagnostics.warn("the file has no faces", file, "point clouds are not drawn");
+}
+
 /// Reads a mesh from a source of `file_bytes` bytes.
 fn read<R: Read>(
-    mut source: Source<R>,
+    source: Source<R>,
     file_bytes: u64,
     limits: &Limits,
     diagnostics: &mut Diagnostics,
 ) -> Result<Mesh, ImportError> {
+    let (mut mesh, file) = (Mesh::default(), source.file().to_owned());
+    read_into(source, file_bytes, limits, &mut mesh).map_err(|stopped| match stopped {
+        Stopped::File(error) => error,
+        Stopped::Sink(SceneError { what, place, hint }) => {
+            ImportError::new(ErrorKind::Limit, what, place).with_hint(hint)
+        }
+    })?;
+    if mesh.triangles.is_empty() {
+        warn_no_faces(diagnostics, &file);
+    }
+    Ok(mesh)
+}
+
+/// Why a mesh was not read to its end.
+enum Stopped {
+    /// The file is wrong.
+    File(ImportError),
+    /// Who takes the mesh has no room.
+    Sink(SceneError),
+}
+
+impl From<ImportError> for Stopped {
+    fn from(error: ImportError) -> Self {
+        Self::File(error)
+    }
+}
+
+impl From<SceneError> for Stopped {
+    fn from(error: SceneError) -> Self {
+        Self::Sink(error)
+    }
+}
+
+impl From<Stopped> for SceneError {
+    fn from(stopped: Stopped) -> Self {
+        match stopped {
+            Stopped::File(error) => error.into(),
+            Stopped::Sink(error) => error,
+        }
+    }
+}
+
+/// Reads a mesh block by block.
+fn read_into<R: Read>(
+    mut source: Source<R>,
+    file_bytes: u64,
+    limits: &Limits,
+    sink: &mut dyn MeshSink,
+) -> Result<(), Stopped> {
     let header = Header::read(&mut source)?;
     let file = source.file().to_owned();
     let vertex_count = header.element("vertex").map_or(0, |e| e.count);
     limits.check_count(vertex_count, limits.vertices.min(u64::from(u32::MAX)), "vertices", &file)?;
     let mut body = Body { source, encoding: header.encoding, file_bytes };
-    let mut vertices = Vertices::default();
     let mut faces = Faces::new(vertex_count as u32, limits.triangles);
     for element in &header.elements {
         match element.name.as_str() {
-            "vertex" => vertices = body.vertices(element)?,
-            "face" | "tristrips" => body.faces(element, &vertices.positions, &mut faces)?,
+            "vertex" => body.vertices(element, sink)?,
+            "face" | "tristrips" => body.faces(element, sink, &mut faces)?,
             _ => body.skip(element)?,
         }
     }
-    if faces.triangles.is_empty() {
-        diagnostics.warn("the file has no faces", &file, "point clouds are not drawn");
-    }
-    let mut mesh = vertices.into_mesh();
-    mesh.triangles = faces.triangles;
-    Ok(mesh)
+    Ok(())
 }
 
 /// The data after the header.
@@ -64,31 +134,44 @@ struct Body<R> {
 }
 
 impl<R: Read> Body<R> {
-    fn vertices(&mut self, element: &Element) -> Result<Vertices, ImportError> {
+    fn vertices(&mut self, element: &Element, sink: &mut dyn MeshSink) -> Result<(), Stopped> {
         let mut vertices = Vertices::plan(element, self.source.file())?;
-        vertices.reserve(self.plausible_rows(element));
+        sink.expect_vertices(self.plausible_rows(element));
         match self.encoding {
-            Encoding::Ascii => ascii::read_vertices(&mut self.source, element, &mut vertices)?,
+            Encoding::Ascii => ascii::read_vertices(&mut self.source, element, &mut vertices, sink),
             Encoding::Binary(order) => {
-                binary::read_vertices(&mut self.source, element, order, &mut vertices)?
+                binary::read_vertices(&mut self.source, element, order, &mut vertices, sink)
             }
         }
-        vertices.convert_colors();
-        Ok(vertices)
     }
 
-    fn faces(&mut self, element: &Element, positions: &[Vec3], faces: &mut Faces) -> Result<(), ImportError> {
-        let Some(list) = element.index_list() else { return self.skip(element) };
-        faces.triangles.reserve(self.plausible_rows(element));
+    fn faces(
+        &mut self,
+        element: &Element,
+        sink: &mut dyn MeshSink,
+        faces: &mut Faces,
+    ) -> Result<(), Stopped> {
+        let Some(list) = element.index_list() else { return Ok(self.skip(element)?) };
+        sink.expect_triangles(self.plausible_rows(element));
         faces.strips = element.name == "tristrips";
-        let mut row = 0;
-        let mut sink = |corners: &[i64]| {
+        let (mut row, mut failed) = (0, None);
+        let mut take = |corners: &[i64]| {
             row += 1;
-            faces.push(corners, positions).map_err(|what| format!("{} {}: {what}", element.name, row - 1))
+            faces.push(corners, sink).map_err(|refusal| match refusal {
+                Refusal::File(what) => format!("{} {}: {what}", element.name, row - 1),
+                Refusal::Sink(error) => failed.insert(error).what.clone(),
+            })
         };
-        match self.encoding {
-            Encoding::Ascii => ascii::read_lists(&mut self.source, element, list, &mut sink),
-            Encoding::Binary(order) => binary::read_lists(&mut self.source, element, order, list, &mut sink),
+        let read = match self.encoding {
+            Encoding::Ascii => ascii::read_lists(&mut self.source, element, list, &mut take),
+            Encoding::Binary(order) => binary::read_lists(&mut self.source, element, order, list, &mut take),
+        };
+        match (failed, read) {
+            (Some(error), _) => Err(error.into()),
+            (None, read) => {
+                read?;
+                Ok(faces.flush(sink)?)
+            }
         }
     }
 
@@ -114,9 +197,15 @@ impl<R: Read> Body<R> {
     }
 }
 
+/// Triangles of a block.
+const BLOCK_TRIANGLES: usize = 1 << 14;
+
 /// Triangles as they grow.
 struct Faces {
+    /// Those that the sink does not have yet.
     triangles: Vec<[u32; 3]>,
+    /// How many the sink has.
+    given: u64,
     vertex_count: u32,
     limit: u64,
     strips: bool,
@@ -124,10 +213,31 @@ struct Faces {
     corners: Vec<Vec3>,
 }
 
+/// Why a polygon is not taken.
+enum Refusal {
+    /// The file is wrong.
+    File(String),
+    /// The sink has no room.
+    Sink(SceneError),
+}
+
+impl From<String> for Refusal {
+    fn from(what: String) -> Self {
+        Self::File(what)
+    }
+}
+
+impl From<SceneError> for Refusal {
+    fn from(error: SceneError) -> Self {
+        Self::Sink(error)
+    }
+}
+
 impl Faces {
     fn new(vertex_count: u32, limit: u64) -> Self {
         Self {
             triangles: Vec::new(),
+            given: 0,
             vertex_count,
             limit: limit.min(u64::from(u32::MAX)),
             strips: false,
@@ -138,29 +248,41 @@ impl Faces {
 
     /// Adds a polygon, or a triangle strip with -1 between its pieces.
     #[inline]
-    fn push(&mut self, corners: &[i64], positions: &[Vec3]) -> Result<(), String> {
+    fn push(&mut self, corners: &[i64], sink: &mut dyn MeshSink) -> Result<(), Refusal> {
         if self.strips {
-            return self.push_strips(corners);
-        }
-        for &corner in corners {
-            self.check(corner)?;
-        }
-        if let &[a, b, c] = corners {
-            self.triangles.push([a as u32, b as u32, c as u32]);
+            self.push_strips(corners)?;
         } else {
-            self.push_polygon(corners, positions);
+            for &corner in corners {
+                self.check(corner)?;
+            }
+            if let &[a, b, c] = corners {
+                self.triangles.push([a as u32, b as u32, c as u32]);
+            } else {
+                self.push_polygon(corners, sink)?;
+            }
+            self.check_limit()?;
         }
-        self.check_limit()
+        if self.triangles.len() >= BLOCK_TRIANGLES { Ok(self.flush(sink)?) } else { Ok(()) }
     }
 
-    fn push_polygon(&mut self, corners: &[i64], positions: &[Vec3]) {
+    /// Gives the sink what it does not have yet.
+    fn flush(&mut self, sink: &mut dyn MeshSink) -> Result<(), SceneError> {
+        sink.triangles(&self.triangles)?;
+        self.given += self.triangles.len() as u64;
+        self.triangles.clear();
+        Ok(())
+    }
+
+    fn push_polygon(&mut self, corners: &[i64], sink: &mut dyn MeshSink) -> Result<(), SceneError> {
         // Where faces stand before vertices there is nothing to measure: a fan.
-        let position = |&c: &i64| positions.get(c as usize).copied().unwrap_or_default();
         self.corners.clear();
-        self.corners.extend(corners.iter().map(position));
+        for &corner in corners {
+            self.corners.push(sink.position(corner as u32)?);
+        }
         let triangles = &mut self.triangles;
         self.triangulator
             .triangulate(&self.corners, |t| triangles.push(t.map(|i| corners[i as usize] as u32)));
+        Ok(())
     }
 
     fn push_strips(&mut self, strips: &[i64]) -> Result<(), String> {
@@ -189,7 +311,7 @@ impl Faces {
     }
 
     fn check_limit(&self) -> Result<(), String> {
-        if self.triangles.len() as u64 <= self.limit {
+        if self.given + self.triangles.len() as u64 <= self.limit {
             return Ok(());
         }
         Err(format!("more triangles than the limit of {}", self.limit))

@@ -42,10 +42,10 @@ pub(super) struct Lane<'a> {
     pub(super) step: usize,
 }
 
-/// The vertices as they grow.
+/// The vertices of a block as they grow.
 #[derive(Debug, Default)]
 pub(super) struct Vertices {
-    pub(super) positions: Vec<Vec3>,
+    positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
     colors: Vec<Vec4>,
@@ -94,18 +94,9 @@ impl Vertices {
         self.slots.contains(&Some(slot))
     }
 
-    /// Takes memory for `rows` vertices.
-    pub(super) fn reserve(&mut self, rows: usize) {
-        self.positions.reserve_exact(rows);
-        if self.has(Slot::Normal(0)) {
-            self.normals.reserve_exact(rows);
-        }
-        if self.has(Slot::Uv(0)) {
-            self.uvs.reserve_exact(rows);
-        }
-        if self.has(Slot::Color(0)) {
-            self.colors.reserve_exact(rows);
-        }
+    /// Whether vertices have colours.
+    pub(super) fn has_colors(&self) -> bool {
+        self.has(Slot::Color(0))
     }
 
     /// Makes `rows` more vertices, to be filled through [`Self::lane`].
@@ -134,7 +125,7 @@ impl Vertices {
     }
 
     /// Brings stored colours to linear numbers in [0, 1] by their types.
-    pub(super) fn convert_colors(&mut self) {
+    fn convert_colors(&mut self) {
         if self.colors.is_empty() {
             return;
         }
@@ -152,8 +143,9 @@ impl Vertices {
         }
     }
 
-    /// The vertices as a mesh without triangles.
-    pub(super) fn into_mesh(mut self) -> Mesh {
+    /// The vertices as a mesh without triangles; none are left.
+    pub(super) fn take(&mut self) -> Mesh {
+        self.convert_colors();
         for normal in &mut self.normals {
             *normal = normal.normalize_or_zero();
         }
@@ -161,11 +153,12 @@ impl Vertices {
         for uv in &mut self.uvs {
             uv.y = 1.0 - uv.y;
         }
+        let uvs = std::mem::take(&mut self.uvs);
         Mesh {
-            positions: self.positions,
-            normals: self.normals,
-            uvs: if self.uvs.is_empty() { Vec::new() } else { vec![self.uvs] },
-            colors: self.colors,
+            positions: std::mem::take(&mut self.positions),
+            normals: std::mem::take(&mut self.normals),
+            uvs: if uvs.is_empty() { Vec::new() } else { vec![uvs] },
+            colors: std::mem::take(&mut self.colors),
             ..Mesh::default()
         }
     }

@@ -1,0 +1,141 @@
+//! What a pack may hold in memory at a time, so that the whole process stays within its budget.
+
+use crate::{Error, ErrorClass, PackInput, default_budget_bytes, human_bytes};
+use vastlight_scene::{Image, SceneStream, Texels};
+
+/// The process itself, and what allocators keep.
+const BASE_BYTES: u64 = 72 << 20;
+/// A triangle while it is packed: the mesh, the tree over it, its pages, and the part of the next bucket that is read
+/// meanwhile.
+const TRIANGLE_BYTES: u64 = 320;
+/// What stays in memory of a triangle that is in the store: rows of directories and of the tree above pages.
+const RESIDENT_BYTES: f64 = 1.0;
+/// Fewest triangles that are packed at a time.
+const LEAST_TRIANGLES: u64 = 1 << 16;
+/// Triangles are counted in these, so that small changes do not matter.
+const STEP_TRIANGLES: u64 = 1 << 14;
+/// Most triangles that are packed at a time.
+const MOST_TRIANGLES: u64 = 1 << 28;
+/// Triangles of small meshes that are packed side by side.
+const TOGETHER: usize = 1 << 19;
+/// Part of the budget for looking up vertices on disk, when nothing else is in memory.
+const CACHE_PART: u64 = 3;
+/// The budget where neither the user nor the system says one.
+const UNKNOWN_MACHINE: u64 = 4 << 30;
+
+/// The parts of a budget.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PackBudget {
+    /// Most triangles that are packed at a time: larger meshes go through the disk.
+    pub(crate) most: usize,
+    /// Small meshes are gathered until they have so many triangles.
+    pub(crate) together: usize,
+    /// Bytes for looking up vertices on disk.
+    pub(crate) cache: usize,
+    room: u64,
+}
+
+impl PackBudget {
+    /// Divides `memory` bytes, or the default budget.
+    ///
+    /// # Errors
+    /// If that is too little for this input.
+    pub(crate) fn new(memory: Option<u64>, input: &PackInput) -> Result<Self, Error> {
+        let budget = budget_or_default(memory);
+        let fixed = fixed_bytes(&input.stream, input.held_bytes, input.triangles());
+        check(fixed + LEAST_TRIANGLES * TRIANGLE_BYTES, budget)?;
+        let room = budget - fixed;
+        let most =
+            (room / TRIANGLE_BYTES / STEP_TRIANGLES * STEP_TRIANGLES).clamp(LEAST_TRIANGLES, MOST_TRIANGLES);
+        let most = most as usize;
+        Ok(Self { most, together: most.min(TOGETHER), cache: (room / CACHE_PART) as usize, room })
+    }
+
+    /// Whether a mesh of so many triangles fits that cannot go through the disk.
+    ///
+    /// # Errors
+    /// If it does not.
+    pub(crate) fn check_whole(&self, triangles: u64, name: &str) -> Result<(), Error> {
+        let needed = triangles * TRIANGLE_BYTES;
+        if needed <= self.room {
+            return Ok(());
+        }
+        let what = format!(
+            "it shines or needs tangents, so it must be in memory: about {} are needed, there is room for {}",
+            human_bytes(needed),
+            human_bytes(self.room)
+        );
+        Err(Error::new(ErrorClass::Memory, what, format!("mesh \"{name}\""), "a larger --memory"))
+    }
+}
+
+/// Refuses to import files as a whole that do not fit, before they are read; `bytes` is what they take.
+///
+/// # Errors
+/// If they do not fit.
+pub(crate) fn check_import(memory: Option<u64>, bytes: u64) -> Result<(), Error> {
+    check(BASE_BYTES + bytes + LEAST_TRIANGLES * TRIANGLE_BYTES, budget_or_default(memory))
+}
+
+/// Bytes of a triangle in memory, ready for rays, with what it takes to build that.
+const RENDERED_BYTES: u64 = 210;
+
+/// Whether a scene is too large to be rendered from memory.
+pub(crate) fn exceeds(memory: Option<u64>, input: &PackInput) -> bool {
+    let triangles = input.triangles().unwrap_or(u64::MAX);
+    let needed = fixed_bytes(&input.stream, 0, None).saturating_add(triangles.saturating_mul(RENDERED_BYTES));
+    needed > budget_or_default(memory)
+}
+
+fn budget_or_default(memory: Option<u64>) -> u64 {
+    memory.or_else(default_budget_bytes).unwrap_or(UNKNOWN_MACHINE)
+}
+
+fn check(needed: u64, budget: u64) -> Result<(), Error> {
+    if needed <= budget {
+        return Ok(());
+    }
+    let what = format!("at least {} are needed, the budget is {}", human_bytes(needed), human_bytes(budget));
+    Err(Error::new(ErrorClass::Memory, what, "--memory", "a larger --memory, or smaller files"))
+}
+
+/// What is in memory all the time.
+fn fixed_bytes(stream: &SceneStream, held: u64, triangles: Option<u64>) -> u64 {
+    let images: u64 = stream.desc.images.iter().map(image_bytes).sum();
+    BASE_BYTES + held + images + (triangles.unwrap_or(0) as f64 * RESIDENT_BYTES) as u64
+}
+
+/// Bytes of an image's texels.
+pub(crate) fn image_bytes(image: &Image) -> u64 {
+    let bytes = match &image.texels {
+        Texels::U8(v) => size_of_val(&v[..]),
+        Texels::U16(v) => size_of_val(&v[..]),
+        Texels::F32(v) => size_of_val(&v[..]),
+    };
+    bytes as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_scene::SceneDesc;
+
+    fn input(triangles: u64) -> PackInput {
+        let stream = SceneStream { triangles: Some(triangles), ..SceneDesc::default().into() };
+        stream.into()
+    }
+
+    #[test]
+    fn more_memory_is_more_at_a_time_and_too_little_is_refused() {
+        let most = |memory: u64| PackBudget::new(Some(memory), &input(1_000_000)).map(|b| b.most);
+        let sizes: Vec<usize> = [128, 256, 512, 4096].map(|mib| most(mib << 20).expect("enough")).to_vec();
+        assert!(sizes.is_sorted_by(|a, b| a < b), "{sizes:?}");
+        let error = most(64 << 20).expect_err("too little");
+        assert_eq!(error.class, ErrorClass::Memory);
+        assert!(error.what.contains("needed"), "{error}");
+        assert!(PackBudget::new(Some(1 << 30), &input(10_000_000_000)).is_err());
+        assert!(
+            check_import(Some(1 << 30), 2 << 30).is_err() && check_import(Some(1 << 30), 1 << 29).is_ok()
+        );
+    }
+}

@@ -1,0 +1,166 @@
+//! Packing within a budget: meshes that go through the disk, several files in one store, packs that were stopped.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use vastlight::film::Picture;
+use vastlight::store::PackConfig;
+use vastlight::transport::RenderSettings;
+use vastlight::{
+    CameraChoice, Control, Error, ErrorClass, LoadOptions, OpenScene, PackControl, RenderRequest, describe,
+    export, load, open, pack_input, pack_within, render,
+};
+
+/// A budget in which some 65 thousand triangles are packed at a time.
+const SMALL: u64 = 96 << 20;
+
+fn options() -> LoadOptions {
+    let mut options = LoadOptions::default();
+    options.generate.triangles = Some(250_000);
+    options
+}
+
+/// A folder with a mesh of 250 thousand triangles as a PLY file.
+fn folder() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("statue.ply");
+    let make = || Ok(describe("demo:statue", &options()).expect("a demo").into());
+    export::write_stream(&make, &path).expect("writes");
+    (folder, path)
+}
+
+fn name(path: &Path) -> String {
+    path.display().to_string()
+}
+
+fn pack(sources: &[&Path], target: &Path, memory: Option<u64>) -> Result<u64, Error> {
+    pack_until(sources, target, memory, u64::MAX)
+}
+
+/// Packs, and stops after some steps. The number of steps, of which the first tells what was done before.
+fn pack_until(sources: &[&Path], target: &Path, memory: Option<u64>, stop: u64) -> Result<u64, Error> {
+    let sources: Vec<String> = sources.iter().map(|path| name(path)).collect();
+    let input = pack_input(&sources, &LoadOptions::default(), memory)?;
+    let (steps, cancel) = (AtomicU64::new(0), AtomicBool::new(false));
+    let progress = |_: &_| {
+        let step = steps.fetch_add(1, Ordering::Relaxed) + 1;
+        cancel.store(step >= stop, Ordering::Relaxed);
+    };
+    let control = PackControl { memory, cancel: &cancel, progress: &progress };
+    pack_within(input, target, &PackConfig::default(), control)?;
+    Ok(steps.into_inner())
+}
+
+fn picture(open: &OpenScene) -> Picture {
+    let camera = CameraChoice::default().resolve(&open.scene).expect("a camera");
+    let mut request = RenderRequest::new(RenderSettings::new(camera, 64, 36), 2);
+    request.paging.cache_fraction = Some(0.5);
+    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+    render(open, &request, &control).expect("renders").develop()
+}
+
+fn differing(a: &Picture, b: &Picture) -> usize {
+    let pixels = |p: &Picture| p.planes.iter().flat_map(|plane| plane.values.clone()).collect::<Vec<f32>>();
+    pixels(a).iter().zip(&pixels(b)).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+}
+
+fn opened(path: &Path) -> OpenScene {
+    open(&name(path), &LoadOptions::default()).expect("opens")
+}
+
+/// Names of the files beside a store.
+fn files(folder: &Path) -> Vec<String> {
+    let names = std::fs::read_dir(folder).expect("lists");
+    let mut names: Vec<_> =
+        names.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_mesh_that_goes_through_the_disk_is_the_same_mesh() {
+    let (folder, ply) = folder();
+    let (whole, cut) = (folder.path().join("whole.vls"), folder.path().join("cut.vls"));
+    assert_eq!(pack(&[&ply], &whole, None).expect("packs"), 1);
+    assert!(pack(&[&ply], &cut, Some(SMALL)).expect("packs") > 4, "several buckets");
+    let bytes = |path: &Path| std::fs::read(path).expect("reads");
+    assert!(bytes(&whole) != bytes(&cut), "another tree");
+    let (whole, cut) = (opened(&whole), opened(&cut));
+    assert_eq!(whole.scene.extents(), cut.scene.extents());
+    let layouts = |open: &OpenScene| open.stored.as_ref().map(|stored| stored.layouts.clone());
+    assert_eq!(layouts(&whole), layouts(&cut));
+    let in_memory = load(&name(&ply), &LoadOptions::default()).expect("loads").into();
+    let expected = picture(&in_memory);
+    assert_eq!(differing(&picture(&whole), &expected), 0);
+    assert_eq!(differing(&picture(&cut), &expected), 0);
+    let sources = &cut.stored.as_ref().expect("stored").sources;
+    assert_eq!(sources.len(), 1);
+    assert!(sources[0].name.ends_with("statue.ply") && !sources[0].has_changed());
+}
+
+#[test]
+fn a_mesh_in_memory_goes_through_the_disk_as_well() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let target = folder.path().join("cut.vls");
+    let stream = vastlight::stream("demo:statue", &options()).expect("a demo");
+    let control = PackControl { memory: Some(SMALL), cancel: &AtomicBool::new(false), progress: &|_| {} };
+    pack_within(stream.into(), &target, &PackConfig::default(), control).expect("packs");
+    let expected = picture(&load("demo:statue", &options()).expect("a demo").into());
+    assert_eq!(differing(&picture(&opened(&target)), &expected), 0);
+    assert_eq!(files(folder.path()), ["cut.vls"]);
+}
+
+#[test]
+fn a_pack_that_was_stopped_goes_on_and_gives_the_same_bytes() {
+    let (folder, ply) = folder();
+    let (once, target) = (folder.path().join("once.vls"), folder.path().join("scene.vls"));
+    let steps = pack(&[&ply], &once, Some(SMALL)).expect("packs");
+    for stop in 1..steps {
+        let error = pack_until(&[&ply], &target, Some(SMALL), stop).expect_err("stopped");
+        assert_eq!(error.class, ErrorClass::Interrupted);
+        assert_eq!(files(folder.path()), ["once.vls", "scene.vls.journal", "scene.vls.part", "statue.ply"]);
+        if stop % 2 == 0 {
+            // What stands behind the last step is not believed.
+            let part = folder.path().join("scene.vls.part");
+            let file = std::fs::OpenOptions::new().append(true).open(part).expect("opens");
+            std::io::Write::write_all(&mut &file, b"half a page").expect("writes");
+        }
+        let left = pack(&[&ply], &target, Some(SMALL)).expect("packs");
+        assert_eq!(left, steps - stop);
+        let read = |path: &Path| std::fs::read(path).expect("reads");
+        assert!(read(&once) == read(&target), "stopped after {stop}");
+        std::fs::remove_file(&target).expect("removes");
+    }
+    assert_eq!(files(folder.path()), ["once.vls", "statue.ply"]);
+    // Another budget cuts otherwise: nothing of the first is used.
+    pack_until(&[&ply], &target, Some(SMALL), 2).expect_err("stopped");
+    assert_eq!(pack(&[&ply], &target, None).expect("packs"), 1);
+}
+
+#[test]
+fn several_files_and_places_make_one_store() {
+    let (folder, ply) = folder();
+    let manifest = folder.path().join("group.manifest.toml");
+    let place = "[[place]]\nfile = 'statue.ply'\n";
+    let text = format!("{place}{place}translate = [0.5, 0, 0]\nscale = 0.5\nrotate = [0, 30, 0]\n");
+    std::fs::write(&manifest, text).expect("writes");
+    let target = folder.path().join("group.vls");
+    pack(&[&manifest], &target, Some(SMALL)).expect("packs");
+    let stored = opened(&target);
+    assert_eq!((stored.scene.meshes().len(), stored.scene.instances().len()), (1, 2));
+    let expected = load(&name(&manifest), &LoadOptions::default()).expect("loads");
+    assert_eq!(expected.bounds(), stored.scene.bounds());
+    assert_eq!(differing(&picture(&stored), &picture(&expected.into())), 0);
+    assert_eq!(stored.stored.expect("stored").sources.len(), 2);
+    pack(&[&ply, Path::new("demo:cornell")], &target, None).expect("packs");
+    assert!(opened(&target).scene.meshes().len() > 2);
+}
+
+#[test]
+fn too_little_memory_is_refused_before_work() {
+    let (folder, ply) = folder();
+    let target = folder.path().join("scene.vls");
+    let error = pack(&[&ply], &target, Some(32 << 20)).expect_err("too little");
+    assert_eq!(error.class, ErrorClass::Memory);
+    assert!(error.what.contains("needed"), "{error}");
+    assert_eq!(files(folder.path()), ["statue.ply"]);
+}
