@@ -43,7 +43,7 @@ fn run(cli: &Cli, start: Instant) -> Result<Exit, Error> {
         Command::Render(arguments) => commands::render::run(arguments, &cli.common, start),
         Command::Info(arguments) => commands::info::run(arguments, &cli.common),
         Command::Validate(arguments) => commands::validate::run(arguments, &cli.common),
-        Command::Generate(arguments) => commands::generate::run(arguments, &cli.common),
+        Command::Generate(arguments) => commands::generate::run(arguments, &cli.common, start),
         Command::Pack(arguments) => commands::pack::run(arguments, &cli.common, start),
         Command::Diff(arguments) => commands::diff::run(arguments),
         Command::Devices => commands::devices::run(&cli.common),

@@ -6,7 +6,7 @@ use serde_json::json;
 use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
-use vastlight::{PackProgress, Progress};
+use vastlight::{PackProgress, Progress, Residency, human_bytes};
 
 /// How progress is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -53,7 +53,8 @@ impl Reporter {
             Self::Bar(bar) => {
                 bar.set_length(progress.samples_total);
                 bar.set_position(progress.samples);
-                bar.set_message(format!("{} spp, {} left", progress.spp, eta(progress)));
+                let pages = progress.residency.as_ref().map_or(String::new(), pages_in_words);
+                bar.set_message(format!("{} spp, {} left{pages}", progress.spp, eta(progress)));
             }
             Self::Json(last) => print_seldom(last, || json_line(progress)),
             Self::Silent => {}
@@ -125,6 +126,12 @@ fn pack_line(
     })
 }
 
+fn pages_in_words(pages: &Residency) -> String {
+    let [resident, store, read] =
+        [pages.resident_bytes, pages.store_bytes, pages.bytes_read].map(human_bytes);
+    format!(", {resident} of {store} resident, {read} read")
+}
+
 fn eta(progress: &Progress) -> String {
     in_words(progress.remaining.unwrap_or_default())
 }
@@ -149,5 +156,6 @@ fn json_line(progress: &Progress) -> serde_json::Value {
         "elapsed_s": elapsed,
         "eta_s": progress.remaining.map(|r| r.as_secs_f64()),
         "msamples_per_s": progress.samples as f64 / 1e6 / elapsed.max(1e-9),
+        "residency": progress.residency,
     })
 }

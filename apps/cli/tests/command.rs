@@ -228,6 +228,36 @@ fn a_generated_file_is_repeatable_valid_and_renders() {
 }
 
 #[test]
+fn a_store_and_an_exchange_file_come_from_either_command() {
+    let w = Workspace::new();
+    for (first, second) in [
+        ("generate cornell -o a.vls -q", "pack demo:cornell -o b.vls -q"),
+        ("generate statue --triangles 20000 -o a.ply -q", "pack demo:statue --triangles 20000 -o b.ply -q"),
+        ("pack a.ply -o a.glb -q", "pack a.ply -o b.glb -q"),
+    ] {
+        for command in [first, second] {
+            let outcome = w.run(command);
+            assert_eq!(outcome.code, 0, "{command}: {}", outcome.stderr);
+        }
+        let last = first.split(' ').rfind(|word| word.starts_with("a.")).expect("a file");
+        assert!(w.bytes(last) == w.bytes(&last.replace("a.", "b.")), "{first}");
+    }
+    assert_eq!(w.run("pack a.ply b.ply -o c.glb").code, 2);
+}
+
+#[test]
+fn a_file_that_does_not_fit_is_refused_before_it_is_read() {
+    let w = Workspace::new();
+    assert_eq!(w.run("generate statue --triangles 400000 -o a.glb -q").code, 0);
+    let outcome = w.run("render a.glb -o a.png --memory 100MiB");
+    assert_eq!(outcome.code, 4, "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("--cache-dir"), "{}", outcome.stderr);
+    assert!(!w.path("a.png").exists());
+    // The same file mesh by mesh: what is read of it beside the mesh is a part of it.
+    assert_eq!(w.run("pack a.glb -o a.vls --memory 160MiB -q").code, 0);
+}
+
+#[test]
 fn benches_print_one_json_line_with_the_agreed_fields() {
     let w = Workspace::new();
     let ray = [0.0_f32, 1.0, 20.0, 0.0, 0.0, 0.0, -1.0, 1e30];

@@ -71,25 +71,39 @@ pub struct Streamed {
 pub fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportError> {
     match detect(path, &options.limits)? {
         SceneFormat::Ply => ply::stream(path, options),
-        SceneFormat::Gltf | SceneFormat::Obj | SceneFormat::Stl => {
+        SceneFormat::Gltf => gltf::stream(path, options),
+        SceneFormat::Obj | SceneFormat::Stl => {
             Ok(Streamed { stream: load(path, options)?.into(), large: Vec::new() })
         }
     }
 }
 
-/// Bytes that [`stream`] takes at most for what it reads as a whole, as far as the file says before it is read.
+/// How large a scene file is, as far as it says before it is read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FileSize {
+    /// Bytes that [`stream`] holds at most beside images.
+    pub streaming_bytes: u64,
+    /// About how many triangles there are at least, each mesh counted once.
+    pub triangles: u64,
+}
+
+/// Looks at headers and the sizes of files.
 ///
 /// # Errors
 /// The file cannot be read, or is of an unknown format.
-pub fn streaming_bytes(path: &Path, options: &LoadOptions) -> Result<u64, ImportError> {
+pub fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportError> {
     let format = detect(path, &options.limits)?;
     let bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
+    let text = |streaming_bytes, triangle_bytes: u64| FileSize {
+        streaming_bytes,
+        triangles: bytes / triangle_bytes,
+    };
     Ok(match format {
-        SceneFormat::Ply => 0,
+        SceneFormat::Ply => FileSize { streaming_bytes: 0, triangles: ply::faces(path, options)? },
         // A line of text of some 30 bytes is a vertex of 12 to 32, and tables to find it again.
-        SceneFormat::Obj => bytes.saturating_mul(3),
-        // Facets of 50 bytes share vertices.
-        SceneFormat::Stl => bytes.saturating_mul(2),
-        SceneFormat::Gltf => gltf::whole_bytes(path, options)?,
+        SceneFormat::Obj => text(bytes.saturating_mul(3), 100),
+        // Facets of 50 bytes, or 250 of text, share vertices.
+        SceneFormat::Stl => text(bytes.saturating_mul(2), 250),
+        SceneFormat::Gltf => gltf::file_size(path, options)?,
     })
 }

@@ -1,6 +1,6 @@
 //! A scene that comes mesh by mesh, so that no more than a few meshes are in memory at a time.
 
-use crate::{Instance, Mesh, SceneDesc, SceneError, Texels};
+use crate::{Diagnostic, Instance, Mesh, SceneDesc, SceneError, Texels};
 use rayon::Yield;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -26,6 +26,8 @@ pub struct Piece {
     pub mesh: Mesh,
     /// Where it stands.
     pub instances: Vec<PieceInstance>,
+    /// What was found while it was made.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 impl Piece {
@@ -35,7 +37,8 @@ impl Piece {
     /// A mesh that stands where it is.
     #[must_use]
     pub fn placed(mesh: Mesh, name: u32) -> Self {
-        Self { mesh, instances: vec![PieceInstance { world_from_object: Affine3::IDENTITY, name }] }
+        let instances = vec![PieceInstance { world_from_object: Affine3::IDENTITY, name }];
+        Self { mesh, instances, ..Self::default() }
     }
 }
 
@@ -99,7 +102,8 @@ impl SceneStream {
         let mut desc = self.desc;
         self.rows.iter().try_for_each(|rows| rows.fill(&mut desc))?;
         for piece in self.pieces {
-            let Piece { mesh, instances } = piece?;
+            let Piece { mesh, instances, diagnostics } = piece?;
+            diagnostics.into_iter().for_each(|item| desc.diagnostics.push(item));
             let number = desc.meshes.len() as u32;
             desc.meshes.push(mesh);
             desc.instances.extend(instances.iter().map(|i| Instance {
@@ -129,7 +133,7 @@ impl From<SceneDesc> for SceneStream {
             let placed = instances[first..first + count].iter();
             first += count;
             let place = |i: &Instance| PieceInstance { world_from_object: i.world_from_object, name: i.name };
-            Ok(Piece { mesh, instances: placed.map(place).collect() })
+            Ok(Piece { mesh, instances: placed.map(place).collect(), ..Piece::default() })
         });
         Self { desc, pieces: Box::new(pieces.chain(stray)), triangles: Some(triangles), rows: Vec::new() }
     }

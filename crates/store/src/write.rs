@@ -19,6 +19,7 @@ use std::ffi::OsString;
 use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
 use vastlight_accel::wide::{ChildRef, Node8};
 use vastlight_accel::{BuildConfig, BuildError};
@@ -44,6 +45,8 @@ pub struct StoreWriter {
 
 /// Number of [`Tables`].
 const TABLES: usize = 10;
+/// How often a file that another process keeps is asked for.
+const PATIENCE: u32 = 20;
 
 /// What is resident, as it grows; nothing that stands there changes.
 #[derive(Debug, Default)]
@@ -129,6 +132,17 @@ pub struct StoreSize {
     pub triangles: u64,
 }
 
+/// Takes the file for this process; false if another keeps it. One that was killed gives it back when the system has
+/// taken down its memory, which takes a moment.
+fn lock(file: &File) -> bool {
+    (0..PATIENCE).any(|attempt| {
+        if attempt > 0 {
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        file.try_lock().is_ok()
+    })
+}
+
 /// `target` with more at its end.
 fn beside(target: &Path, end: &str) -> PathBuf {
     let mut name = OsString::from(target);
@@ -146,7 +160,7 @@ impl StoreWriter {
         let failed = |error: std::io::Error| StoreError::write(target, &error);
         let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).clone();
         let file = options.open(beside(target, ".part")).map_err(failed)?;
-        if file.try_lock().is_err() {
+        if !lock(&file) {
             return Err(StoreError::busy(target));
         }
         let (journal, same) = Journal::open(&beside(target, ".journal"), fingerprint).map_err(failed)?;

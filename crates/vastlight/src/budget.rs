@@ -1,6 +1,7 @@
 //! What a pack may hold in memory at a time, so that the whole process stays within its budget.
 
-use crate::{Error, ErrorClass, PackInput, default_budget_bytes, human_bytes};
+use crate::load::file_size;
+use crate::{Error, ErrorClass, LoadOptions, PackInput, default_budget_bytes, human_bytes};
 use vastlight_scene::{Image, SceneStream, Texels};
 
 /// The process itself, and what allocators keep.
@@ -80,11 +81,20 @@ pub(crate) fn check_import(memory: Option<u64>, bytes: u64) -> Result<(), Error>
 /// Bytes of a triangle in memory, ready for rays, with what it takes to build that.
 const RENDERED_BYTES: u64 = 210;
 
-/// Whether a scene is too large to be rendered from memory.
-pub(crate) fn exceeds(memory: Option<u64>, input: &PackInput) -> bool {
-    let triangles = input.triangles().unwrap_or(u64::MAX);
-    let needed = fixed_bytes(&input.stream, 0, None).saturating_add(triangles.saturating_mul(RENDERED_BYTES));
-    needed > budget_or_default(memory)
+/// Refuses a scene that is too large to be rendered from memory, as far as its files say before they are read.
+///
+/// # Errors
+/// If it does not fit into `memory` bytes (none for the default budget), or cannot be read.
+pub fn check_fits(source: &str, options: &LoadOptions, memory: Option<u64>) -> Result<(), Error> {
+    let triangles = file_size(source, options)?.triangles;
+    let needed = BASE_BYTES.saturating_add(triangles.saturating_mul(RENDERED_BYTES));
+    let budget = budget_or_default(memory);
+    if needed <= budget {
+        return Ok(());
+    }
+    let what = format!("about {} are needed, the budget is {}", human_bytes(needed), human_bytes(budget));
+    let hint = "a larger --memory, --cache-dir DIR, or `vastlight pack` first";
+    Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
 }
 
 fn budget_or_default(memory: Option<u64>) -> u64 {

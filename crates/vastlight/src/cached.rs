@@ -1,8 +1,7 @@
 //! Scenes that do not fit into memory, packed once to a folder.
 
-use crate::budget::exceeds;
 use crate::pack::identity;
-use crate::{Error, ErrorClass, LoadOptions, PackControl, pack_input, pack_within};
+use crate::{Error, ErrorClass, LoadOptions, PackControl, check_fits, pack_input, pack_within};
 use std::path::{Path, PathBuf};
 use vastlight_store::PackConfig;
 
@@ -17,10 +16,12 @@ pub fn cached_store(
     cache: &Path,
     control: PackControl<'_>,
 ) -> Result<Option<PathBuf>, Error> {
-    let input = pack_input(&[source.to_owned()], options, control.memory)?;
-    if !exceeds(control.memory, &input) {
-        return Ok(None);
+    match check_fits(source, options, control.memory) {
+        Ok(()) => return Ok(None),
+        Err(error) if error.class == ErrorClass::Memory => {}
+        Err(error) => return Err(error),
     }
+    let input = pack_input(&[source.to_owned()], options, control.memory)?;
     let made = std::fs::create_dir_all(cache);
     made.map_err(|e| Error::new(ErrorClass::Output, e.to_string(), cache.display().to_string(), ""))?;
     let config = PackConfig::default();

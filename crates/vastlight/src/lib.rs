@@ -35,6 +35,7 @@ mod render;
 mod stats;
 mod textures;
 
+pub use budget::check_fits;
 pub use cached::cached_store;
 pub use camera::CameraChoice;
 pub use error::{Error, ErrorClass};
@@ -47,7 +48,7 @@ pub use overrides::Overrides;
 pub use pack::{PackControl, PackProgress, pack, pack_within};
 pub use paged::PagingRequest;
 pub use render::{Control, Progress, RenderRequest, Rendered, render};
-pub use stats::{CacheCounts, Ending, PagingStats, SceneCounts, Stats};
+pub use stats::{CacheCounts, Ending, PagingStats, Residency, SceneCounts, Stats};
 
 pub use vastlight_accel as accel;
 pub use vastlight_export as export;

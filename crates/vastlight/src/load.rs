@@ -7,7 +7,7 @@ use crate::open::is_store;
 use crate::overrides::Overrides;
 use crate::{Error, PackInput, environment};
 use std::path::{Path, PathBuf};
-use vastlight_import::{LoadOptions as ImportOptions, Streamed};
+use vastlight_import::{FileSize, LoadOptions as ImportOptions, Streamed};
 use vastlight_math::Affine3;
 use vastlight_scene::generate::{self, GenerateOptions};
 use vastlight_scene::{Instance, Scene, SceneDesc, SceneStream};
@@ -77,21 +77,37 @@ pub fn pack_input(
     memory: Option<u64>,
 ) -> Result<PackInput, Error> {
     let placed = placed(sources)?;
-    let files = || placed.iter().filter(|file| !file.source.starts_with("demo:"));
-    let whole = |file: &Placed| vastlight_import::streaming_bytes(Path::new(&file.source), &options.import);
-    let whole = files().map(whole).sum::<Result<u64, _>>()?;
-    let demos = (placed.len() - files().count()) as u64;
-    check_import(memory, whole)?;
+    let held_bytes = size_of(&placed, options)?.streaming_bytes;
+    check_import(memory, held_bytes)?;
     let streamed = streamed(&placed, options)?;
     let mut input = PackInput {
         large: streamed.large,
         sources: source_files(sources, &placed, options)?,
         settings: settings(options),
-        held_bytes: whole + demos * DEMO_BYTES,
+        held_bytes,
         ..streamed.stream.into()
     };
     adapt(&mut input.stream.desc, options)?;
     Ok(input)
+}
+
+/// What is known of a scene's size before it is read.
+pub(crate) fn file_size(source: &str, options: &LoadOptions) -> Result<FileSize, Error> {
+    size_of(&placed(&[source.to_owned()])?, options)
+}
+
+fn size_of(placed: &[Placed], options: &LoadOptions) -> Result<FileSize, Error> {
+    let mut sum = FileSize::default();
+    for file in placed {
+        let size = if file.source.starts_with("demo:") {
+            FileSize { streaming_bytes: DEMO_BYTES, triangles: options.generate.triangles.unwrap_or(0) }
+        } else {
+            vastlight_import::file_size(Path::new(&file.source), &options.import)?
+        };
+        sum.streaming_bytes = sum.streaming_bytes.saturating_add(size.streaming_bytes);
+        sum.triangles = sum.triangles.saturating_add(size.triangles);
+    }
+    Ok(sum)
 }
 
 /// The files behind sources, with the places of those in manifests.

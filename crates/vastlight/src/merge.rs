@@ -1,16 +1,17 @@
 //! Several scenes as one: tables stand behind each other, and what refers to them is moved.
 
+use std::collections::VecDeque;
 use vastlight_import::Streamed;
 use vastlight_math::Affine3;
 use vastlight_scene::{
     Environment, ImageRows, LargeMesh, Light, Material, Mesh, Part, Piece, PieceInstance, Pieces, SceneDesc,
-    SceneStream,
+    SceneError, SceneStream,
 };
 
 /// Scenes that were put together so far.
 pub(crate) struct Merged {
     desc: SceneDesc,
-    pieces: Pieces,
+    pieces: MovedPieces,
     large: Vec<LargeMesh>,
     triangles: Option<u64>,
     rows: Vec<ImageRows>,
@@ -20,7 +21,7 @@ impl Default for Merged {
     fn default() -> Self {
         Self {
             desc: SceneDesc::default(),
-            pieces: Box::new(std::iter::empty()),
+            pieces: MovedPieces::default(),
             large: Vec::new(),
             triangles: Some(0),
             rows: Vec::new(),
@@ -53,14 +54,40 @@ impl Placing {
     }
 
     fn piece(&self, piece: Piece) -> Piece {
-        let Piece { mesh, instances } = piece;
-        let parts = self.parts(mesh.parts);
-        Piece { mesh: Mesh { parts, ..mesh }, instances: self.instances(&instances) }
+        let (parts, instances) = (self.parts(piece.mesh.parts), self.instances(&piece.instances));
+        Piece { mesh: Mesh { parts, ..piece.mesh }, instances, ..piece }
     }
 
     fn large(&self, mesh: LargeMesh) -> LargeMesh {
         let (parts, instances) = (self.parts(mesh.parts), self.instances(&mesh.instances));
         LargeMesh { parts, instances, ..mesh }
+    }
+}
+
+/// The pieces of all scenes, one scene after the other.
+#[derive(Default)]
+struct MovedPieces {
+    scenes: VecDeque<(Pieces, Placing)>,
+}
+
+impl Iterator for MovedPieces {
+    type Item = Result<Piece, SceneError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.nth(0)
+    }
+
+    /// Pieces of the last scene that are passed over are not made; nobody knows how many those before it have.
+    fn nth(&mut self, mut n: usize) -> Option<Self::Item> {
+        while self.scenes.len() > 1 {
+            match self.scenes[0].0.next() {
+                Some(piece) if n == 0 => return Some(piece.map(|piece| self.scenes[0].1.piece(piece))),
+                Some(_) => n -= 1,
+                None => drop(self.scenes.pop_front()),
+            }
+        }
+        let (pieces, placing) = self.scenes.front_mut()?;
+        pieces.nth(n).map(|piece| piece.map(|piece| placing.piece(piece)))
     }
 }
 
@@ -79,9 +106,7 @@ impl Merged {
         self.add_tables(own, &placing.transforms);
         self.triangles = self.triangles.zip(triangles).map(|(a, b)| a + b);
         self.large.extend(large.into_iter().map(|mesh| placing.large(mesh)));
-        let moved = pieces.map(move |piece| piece.map(|piece| placing.piece(piece)));
-        let before = std::mem::replace(&mut self.pieces, Box::new(std::iter::empty()));
-        self.pieces = Box::new(before.chain(moved));
+        self.pieces.scenes.push_back((pieces, placing));
     }
 
     fn add_tables(&mut self, mut own: SceneDesc, transforms: &[Affine3]) {
@@ -115,6 +140,7 @@ impl Merged {
     /// All of them as one.
     pub(crate) fn finish(self) -> Streamed {
         let Self { desc, pieces, large, triangles, rows } = self;
+        let pieces = Box::new(pieces);
         Streamed { stream: SceneStream { pieces, triangles, rows, ..desc.into() }, large }
     }
 }

@@ -7,6 +7,7 @@ use crate::budget::PackBudget;
 use crate::{Error, ErrorClass, PackInput, textures};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use vastlight_accel::Scratch;
@@ -84,7 +85,8 @@ pub fn pack_within(
     textures::pack(&mut desc, stream.rows, config.tile_bytes, &mut writer)?;
     let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let done = PackProgress { triangles: 0, total, resumed: 0 };
-    let mut packing = Packing { desc, preparation, config, writer, budget, folder, control, done };
+    let mut packing =
+        Packing { desc, preparation, config, writer, budget, folder, found: BTreeMap::new(), control, done };
     let packed = packing.run(stream.pieces, large);
     let Packing { desc, writer, .. } = packing;
     if let Err(error) = packed {
@@ -138,6 +140,9 @@ enum Step {
     Part(u64),
 }
 
+/// Findings of the same words that are kept, so that a scene of many meshes is not one of many findings.
+const FINDINGS: u32 = 8;
+
 struct Packing<'c> {
     /// All that is known so far, geometry only of meshes that shine.
     desc: SceneDesc,
@@ -146,6 +151,8 @@ struct Packing<'c> {
     writer: StoreWriter,
     budget: PackBudget,
     folder: &'c Path,
+    /// How often each finding came.
+    found: BTreeMap<String, u32>,
     control: PackControl<'c>,
     done: PackProgress,
 }
@@ -221,14 +228,15 @@ impl Packing<'_> {
 
     /// What stays in memory of a piece.
     fn kept(&self, piece: Piece, found: Vec<Diagnostic>) -> Kept {
-        let Piece { mesh, instances } = piece;
+        let Piece { mesh, instances, mut diagnostics } = piece;
+        diagnostics.extend(found);
         let triangles = mesh.triangles.len() as u64;
         let mesh = if self.shines(&mesh) {
             mesh
         } else {
             Mesh { name: mesh.name, parts: mesh.parts, ..Mesh::default() }
         };
-        Kept { mesh, instances, found, triangles }
+        Kept { mesh, instances, found: diagnostics, triangles }
     }
 
     fn shines(&self, mesh: &Mesh) -> bool {
@@ -261,7 +269,7 @@ impl Packing<'_> {
                 self.budget.check_whole(n, &large.name)?;
             }
             let instances = large.instances.clone();
-            let piece = Piece { mesh: large.collect()?, instances };
+            let piece = Piece { mesh: large.collect()?, instances, ..Piece::default() };
             if piece.mesh.triangles.len() > self.budget.most {
                 return self.add_through_disk(piece);
             }
@@ -271,7 +279,7 @@ impl Packing<'_> {
         let read = (large.read)(&mut spool);
         let spooled = spool.finish::<Error>(read)?;
         if spooled.triangles() == 0 {
-            return self.add(&mut vec![Piece { mesh, instances: large.instances }]);
+            return self.add(&mut vec![Piece { mesh, instances: large.instances, ..Piece::default() }]);
         }
         let found = self.add_buckets(&large.name, spooled)?;
         self.note(Step::Meshes(vec![Kept { mesh, instances: large.instances, found, triangles: 0 }]))
@@ -313,7 +321,13 @@ impl Packing<'_> {
     fn keep(&mut self, kept: Kept) {
         let number = self.desc.meshes.len() as u32;
         self.done.triangles += kept.triangles;
-        kept.found.into_iter().for_each(|diagnostic| self.desc.diagnostics.push(diagnostic));
+        for diagnostic in kept.found {
+            let times = self.found.entry(diagnostic.what.clone()).or_default();
+            *times += 1;
+            if *times <= FINDINGS {
+                self.desc.diagnostics.push(diagnostic);
+            }
+        }
         self.desc.meshes.push(kept.mesh);
         self.desc.instances.extend(kept.instances.iter().map(|i| Instance {
             world_from_object: i.world_from_object,

@@ -3,7 +3,7 @@
 use crate::ids::Ids;
 use crate::paged::PagingRequest;
 use crate::passes::PassSchedule;
-use crate::stats::{Ending, PagingStats, SceneCounts, Stats};
+use crate::stats::{Ending, PagingStats, Residency, SceneCounts, Stats};
 use crate::{Error, ErrorClass, OpenScene, paged, peak_rss_bytes};
 use rayon::prelude::*;
 use std::sync::Mutex;
@@ -58,6 +58,8 @@ pub struct Progress {
     pub elapsed: Duration,
     /// Expected time to the end, the time limit included; `None` before anything is known.
     pub remaining: Option<Duration>,
+    /// What of the store is in memory, of a scene in one.
+    pub residency: Option<Residency>,
 }
 
 /// How a render is watched and stopped.
@@ -129,7 +131,11 @@ fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>)
 
     let mut film = Film::new(film_settings(request, caches.is_some()));
     let deadline = request.time_limit.and_then(|limit| start.checked_add(limit));
-    let run = Run::new(&renderer, &ids, request, control, deadline);
+    let store_bytes = open.stored.as_ref().and_then(|stored| stored.source.bytes().ok()).unwrap_or(0);
+    let residency = || caches.as_ref().map(|caches| Residency::new(caches, store_bytes));
+    let progress = |p: &Progress| (control.progress)(&Progress { residency: residency(), ..*p });
+    let watched = Control { cancel: control.cancel, progress: &progress };
+    let run = Run::new(&renderer, &ids, request, &watched, deadline);
     let outcome = run.all_passes(&mut film)?;
     let total = outcome.cost;
     let stats = Stats {
@@ -346,6 +352,7 @@ impl<'r> Run<'r> {
         let to_go = self.samples_total.saturating_sub(samples) as f64 / samples.max(1) as f64;
         let by_samples = Duration::try_from_secs_f64(elapsed.as_secs_f64() * to_go).unwrap_or(Duration::MAX);
         let remaining = self.time_left().map_or(by_samples, |left| left.min(by_samples));
-        Progress { samples, samples_total: self.samples_total, spp, elapsed, remaining: Some(remaining) }
+        let samples_total = self.samples_total;
+        Progress { samples, samples_total, spp, elapsed, remaining: Some(remaining), residency: None }
     }
 }

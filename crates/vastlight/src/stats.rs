@@ -66,6 +66,31 @@ pub struct PagingStats {
     pub tiles: Option<CacheCounts>,
 }
 
+/// What of a store is in memory, while a picture is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Residency {
+    /// Bytes of the caches that hold pages.
+    pub resident_bytes: u64,
+    /// Bytes of the store.
+    pub store_bytes: u64,
+    /// Bytes read so far.
+    pub bytes_read: u64,
+}
+
+impl Residency {
+    /// That of caches over a store of so many bytes.
+    pub(crate) fn new(caches: &Caches, store_bytes: u64) -> Self {
+        let all = [Some(&caches.geometry), Some(&caches.attributes), caches.tiles.as_ref()];
+        let mut sum = Self { resident_bytes: 0, store_bytes, bytes_read: 0 };
+        for cache in all.into_iter().flatten() {
+            let stats = cache.stats();
+            sum.resident_bytes += (stats.resident_pages * cache.config().slot_bytes) as u64;
+            sum.bytes_read += stats.bytes_read;
+        }
+        sum
+    }
+}
+
 /// What a cache did.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CacheCounts {

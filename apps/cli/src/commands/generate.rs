@@ -1,21 +1,23 @@
 //! `vastlight generate KIND -o FILE`: a procedural scene as a file.
 
 use crate::arguments::Common;
+use crate::commands::write::{self, FileKind, StoreOptions, kind_of};
 use crate::exit::Exit;
+use crate::progress::ProgressKind;
 use clap::Args;
 use std::path::PathBuf;
-use vastlight::export::{self, ExportError};
-use vastlight::film::check_writable;
+use std::time::Instant;
 use vastlight::scene::generate::{self, GenerateOptions};
-use vastlight::{Error, ErrorClass};
+use vastlight::store::PackConfig;
+use vastlight::{Error, LoadOptions};
 
-/// Write a procedural scene to a file (.glb, .obj, .ply); the same seed gives the same file
+/// Write a procedural scene to a file (.glb, .obj, .ply, .vls); the same seed gives the same file
 #[derive(Args, Debug)]
 pub(crate) struct Generate {
     /// Name of the demo scene
     #[arg(value_parser = clap::builder::PossibleValuesParser::new(generate::names()))]
     kind: String,
-    /// The file: .glb, .obj or .ply
+    /// The file: .glb, .obj, .ply or .vls
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Triangles, for scenes whose size can be chosen
@@ -29,29 +31,21 @@ pub(crate) struct Generate {
     seed: u64,
 }
 
-pub(crate) fn run(arguments: &Generate, common: &Common) -> Result<Exit, Error> {
-    let extension = arguments.output.extension().and_then(|e| e.to_str()).unwrap_or_default();
-    if !export::FORMATS.contains(&extension.to_ascii_lowercase().as_str()) {
-        let place = arguments.output.display().to_string();
-        let hint = format!("write to one of .{}", export::FORMATS.join(", ."));
-        return Err(Error::usage("unknown kind of scene file", place, hint));
-    }
-    check_writable(&arguments.output)?;
-    let options = GenerateOptions {
+pub(crate) fn run(arguments: &Generate, common: &Common, start: Instant) -> Result<Exit, Error> {
+    let generate = GenerateOptions {
         triangles: arguments.triangles,
         texture_bytes: arguments.texture_bytes,
         seed: arguments.seed,
     };
-    let make = || generate::stream(&arguments.kind, &options);
-    make()?;
-    let written = export::write_stream(&make, &arguments.output).map_err(|e| write_error(&e))?;
-    if !common.quiet {
-        written.lost.items().iter().for_each(|item| eprintln!("warning: {item}"));
-        eprintln!("{}: {} triangles", arguments.output.display(), written.triangles);
+    let source = format!("demo:{}", arguments.kind);
+    let load = LoadOptions { generate, ..LoadOptions::default() };
+    match kind_of(&arguments.output)? {
+        FileKind::Store => {
+            let config = PackConfig::default();
+            let options = StoreOptions { config, progress: ProgressKind::Auto, json: false };
+            write::store(&[source], &load, &arguments.output, &options, common, start)?;
+        }
+        FileKind::Exchange => write::exchange(&source, &load, &arguments.output, common)?,
     }
     Ok(Exit::Done)
-}
-
-fn write_error(error: &ExportError) -> Error {
-    Error::new(ErrorClass::Output, error.to_string(), "", "")
 }

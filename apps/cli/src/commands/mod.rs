@@ -9,3 +9,4 @@ pub(crate) mod later;
 pub(crate) mod pack;
 pub(crate) mod render;
 pub(crate) mod validate;
+pub(crate) mod write;

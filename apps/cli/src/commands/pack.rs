@@ -1,16 +1,14 @@
 //! `vastlight pack SCENE... -o FILE.vls`: one or several scenes as a store.
 
 use crate::arguments::{Common, SceneArguments};
+use crate::commands::write::{self, FileKind, StoreOptions, kind_of};
 use crate::exit::Exit;
-use crate::interrupt;
-use crate::progress::{ProgressKind, Reporter};
+use crate::progress::ProgressKind;
 use clap::Args;
-use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use vastlight::film::check_writable;
-use vastlight::store::{PackConfig, PageStrategy, StoreSize};
-use vastlight::{Error, PackControl, human_bytes, pack_input, pack_within, peak_rss_bytes};
+use vastlight::Error;
+use vastlight::store::{PackConfig, PageStrategy};
 
 /// Pack a scene to a store (.vls), which is rendered within any memory budget; a pack that was stopped goes on when it is
 /// started again
@@ -24,7 +22,7 @@ pub(crate) struct Pack {
     /// Progress on stderr
     #[arg(long, value_name = "KIND", default_value = "auto")]
     progress: ProgressKind,
-    /// The store: .vls
+    /// The store: .vls; or a file for other programs: .glb, .ply, .obj
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Acceleration structure by name
@@ -49,29 +47,22 @@ pub(crate) struct Pack {
 }
 
 pub(crate) fn run(arguments: &Pack, common: &Common, start: Instant) -> Result<Exit, Error> {
-    let place = arguments.output.display().to_string();
-    if !arguments.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("vls")) {
-        return Err(Error::usage("stores end in .vls", place, ""));
-    }
-    check_writable(&arguments.output)?;
-    let sources: Vec<String> = [&arguments.scene.scene].into_iter().chain(&arguments.more).cloned().collect();
-    let input = pack_input(&sources, &arguments.scene.options(common)?, common.memory)?;
-    let reporter = Reporter::new(arguments.progress, common.quiet);
-    let control = PackControl {
-        memory: common.memory,
-        cancel: interrupt::flag()?,
-        progress: &|p| reporter.update_pack(p, start.elapsed()),
-    };
-    let size = pack_within(input, &arguments.output, &arguments.config(), control);
-    reporter.finish();
-    let size = size?;
-    let seconds = start.elapsed().as_secs_f64();
-    if !common.quiet {
-        eprintln!("{place}: {}", in_words(&size, seconds));
-    }
-    if arguments.json {
-        let peak = peak_rss_bytes();
-        println!("{}", json!({"pack": place, "size": size, "seconds": seconds, "peak_rss_bytes": peak}));
+    let (target, load) = (&arguments.output, arguments.scene.options(common)?);
+    match kind_of(target)? {
+        FileKind::Store => {
+            let sources: Vec<String> =
+                [&arguments.scene.scene].into_iter().chain(&arguments.more).cloned().collect();
+            let (config, progress) = (arguments.config(), arguments.progress);
+            let options = StoreOptions { config, progress, json: arguments.json };
+            write::store(&sources, &load, target, &options, common, start)?;
+        }
+        FileKind::Exchange if arguments.more.is_empty() => {
+            write::exchange(&arguments.scene.scene, &load, target, common)?;
+        }
+        FileKind::Exchange => {
+            let place = target.display().to_string();
+            return Err(Error::usage("several scenes go into a store", place, "name a .vls file"));
+        }
     }
     Ok(Exit::Done)
 }
@@ -86,18 +77,4 @@ impl Pack {
             tile_bytes: self.tile_bytes,
         }
     }
-}
-
-fn in_words(size: &StoreSize, seconds: f64) -> String {
-    let each = |bytes: u64| bytes as f64 / size.triangles.max(1) as f64;
-    format!(
-        "{} triangles in {}, {:.1} bytes a triangle (geometry {:.1}, attributes {:.1}), {} resident, {seconds:.1} s, {:.2} Mtri/s",
-        size.triangles,
-        human_bytes(size.file),
-        each(size.file),
-        each(size.geometry),
-        each(size.attributes),
-        human_bytes(size.resident),
-        size.triangles as f64 / seconds / 1e6,
-    )
 }

@@ -19,7 +19,7 @@ use vastlight::trace::TracerConfig;
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
     CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, PackControl, PackProgress,
-    RenderRequest, Rendered, Stats, cached_store, human_bytes,
+    RenderRequest, Rendered, Stats, cached_store, check_fits, human_bytes,
 };
 
 /// The arguments of `render`.
@@ -188,7 +188,11 @@ impl Render {
         reporter: &Reporter,
         start: Instant,
     ) -> Result<OpenScene, Error> {
-        let Some(cache) = self.cache_dir.as_deref().filter(|_| !self.scene.is_store()) else {
+        if self.scene.is_store() {
+            return self.scene.open(common);
+        }
+        let Some(cache) = self.cache_dir.as_deref() else {
+            check_fits(&self.scene.scene, &self.scene.options(common)?, common.memory)?;
             return self.scene.open(common);
         };
         let progress = |p: &PackProgress| reporter.update_pack(p, start.elapsed());

@@ -1,8 +1,10 @@
 //! Accessors to arrays: every component type, normalisation, strides, sparse values.
 
+use super::blob::Blob;
 use super::buffers::{Buffers, Bytes};
 use super::json::Json;
 use super::model::{Accessor, Component, Sparse, View};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use vastlight_scene::Severity;
 
@@ -27,17 +29,17 @@ const MAX_ZEROS: usize = 4 << 20;
 
 /// Accessors and buffer views of a document with the bytes behind them.
 #[derive(Debug, Default)]
-pub(super) struct Data<'a> {
+pub(super) struct Data {
     accessors: Vec<Option<Accessor>>,
     views: Vec<Option<View>>,
-    buffers: Buffers<'a>,
+    buffers: Buffers,
     /// Decompressed views; where one is `Some`, it stands for the view's own bytes.
-    decoded: Vec<Option<Vec<u8>>>,
+    decoded: Vec<Option<Blob>>,
 }
 
-impl<'a> Data<'a> {
+impl Data {
     /// Reads the tables of a document.
-    pub(super) fn new(root: &Json<'_>, buffers: Buffers<'a>) -> Self {
+    pub(super) fn new(root: &Json<'_>, buffers: Buffers) -> Self {
         Self {
             accessors: root.list("accessors").iter().map(Accessor::read).collect(),
             views: root.list("bufferViews").iter().map(View::read).collect(),
@@ -47,7 +49,7 @@ impl<'a> Data<'a> {
     }
 
     /// Replaces the bytes of views by decompressed ones.
-    pub(super) fn set_decoded(&mut self, decoded: Vec<Option<Vec<u8>>>) {
+    pub(super) fn set_decoded(&mut self, decoded: Vec<Option<Blob>>) {
         self.decoded = decoded;
     }
 
@@ -57,7 +59,7 @@ impl<'a> Data<'a> {
     }
 
     /// The buffers.
-    pub(super) fn buffers(&self) -> &Buffers<'a> {
+    pub(super) fn buffers(&self) -> &Buffers {
         &self.buffers
     }
 
@@ -82,16 +84,41 @@ impl<'a> Data<'a> {
     }
 
     /// The bytes of a view.
-    pub(super) fn view_bytes(&self, index: usize) -> Result<&[u8], Fault> {
-        if let Some(bytes) = self.decoded.get(index).and_then(Option::as_deref) {
-            return Ok(bytes);
+    pub(super) fn view_bytes(&self, index: usize) -> Result<Cow<'_, [u8]>, Fault> {
+        let (blob, offset, length) = self.located(index)?;
+        blob.read(offset, length).map_err(|error| unreadable(&error, index))
+    }
+
+    /// Some of a view's bytes; `None` if it has not so many.
+    fn bytes_within(
+        &self,
+        index: usize,
+        start: usize,
+        length: usize,
+    ) -> Result<Option<Cow<'_, [u8]>>, Fault> {
+        let (blob, offset, available) = self.located(index)?;
+        let (start, length) = (start as u64, length as u64);
+        if start.checked_add(length).is_none_or(|end| end > available) {
+            return Ok(None);
+        }
+        blob.read(offset + start, length).map(Some).map_err(|error| unreadable(&error, index))
+    }
+
+    /// Where the bytes of a view are: offset and length.
+    fn located(&self, index: usize) -> Result<(&Blob, u64, u64), Fault> {
+        if let Some(bytes) = self.decoded.get(index).and_then(Option::as_ref) {
+            return Ok((bytes, 0, bytes.len()));
         }
         let place = || format!("/bufferViews/{index}");
         let view =
             self.view(index).ok_or_else(|| Fault::new("the buffer view is not well-formed", place(), ""))?;
         match self.buffers.get(view.buffer) {
-            Bytes::Known(bytes) => slice(bytes, view.offset, view.length)
-                .ok_or_else(|| Fault::new("the buffer view does not fit its buffer", place(), "")),
+            Bytes::Known(bytes) => {
+                let (offset, length) = (view.offset as u64, view.length as u64);
+                let fits = offset.checked_add(length).is_some_and(|end| end <= bytes.len());
+                let located = fits.then_some((bytes, offset, length));
+                located.ok_or_else(|| Fault::new("the buffer view does not fit its buffer", place(), ""))
+            }
             Bytes::Missing => Err(Fault::new("the data of the buffer view is missing", place(), "")),
             Bytes::Elsewhere => {
                 let fault = Fault::new("the file does not hold the data of the buffer view", place(), "");
@@ -111,8 +138,8 @@ impl<'a> Data<'a> {
             Some(view) => {
                 let size = accessor.element_size();
                 let stride = self.view(view).and_then(|v| v.stride).unwrap_or(size);
-                let bytes = self.view_bytes(view)?.get(accessor.offset..).ok_or_else(short)?;
-                check_span(bytes.len(), accessor.count, stride, accessor.tight_size()).ok_or_else(short)?;
+                let span = span(accessor.count, stride, accessor.tight_size()).ok_or_else(short)?;
+                let bytes = self.bytes_within(view, accessor.offset, span)?.ok_or_else(short)?;
                 Some(Base { bytes, stride })
             }
             None if accessor.count > MAX_ZEROS => {
@@ -135,12 +162,13 @@ impl<'a> Data<'a> {
         sparse: &Sparse,
         short: &dyn Fn() -> Fault,
     ) -> Result<Overrides<'_>, Fault> {
-        let indices = self.view_bytes(sparse.index_view)?.get(sparse.index_offset..).ok_or_else(short)?;
         let index_size = sparse.index_component.size();
-        check_span(indices.len(), sparse.count, index_size, index_size).ok_or_else(short)?;
-        let values = self.view_bytes(sparse.value_view)?.get(sparse.value_offset..).ok_or_else(short)?;
+        let length = span(sparse.count, index_size, index_size).ok_or_else(short)?;
+        let indices = self.bytes_within(sparse.index_view, sparse.index_offset, length)?.ok_or_else(short)?;
         let size = accessor.element_size();
-        check_span(values.len(), sparse.count, size, accessor.tight_size()).ok_or_else(short)?;
+        // The last element has no padding behind it.
+        let length = span(sparse.count, size, accessor.tight_size()).ok_or_else(short)?;
+        let values = self.bytes_within(sparse.value_view, sparse.value_offset, length)?.ok_or_else(short)?;
         Ok(Overrides { count: sparse.count, indices, index_component: sparse.index_component, values })
     }
 
@@ -179,52 +207,47 @@ fn too_large(index: usize) -> Fault {
     Fault::new("the accessor does not fit into memory", format!("/accessors/{index}"), "")
 }
 
-fn slice(bytes: &[u8], offset: usize, length: usize) -> Option<&[u8]> {
-    bytes.get(offset..offset.checked_add(length)?)
+fn unreadable(error: &std::io::Error, view: usize) -> Fault {
+    Fault::new(format!("the data cannot be read: {error}"), format!("/bufferViews/{view}"), "")
 }
 
-/// Whether `count` elements of `size` bytes at a distance of `stride` fit into `length` bytes.
-fn check_span(length: usize, count: usize, stride: usize, size: usize) -> Option<()> {
-    let needed = count.checked_sub(1)?.checked_mul(stride)?.checked_add(size)?;
-    (needed <= length).then_some(())
+/// Bytes from the first to the last of `count` elements of `size` bytes at a distance of `stride`.
+fn span(count: usize, stride: usize, size: usize) -> Option<usize> {
+    count.checked_sub(1)?.checked_mul(stride)?.checked_add(size)
 }
 
 /// An accessor's elements in the file.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Source<'a> {
     pub(super) accessor: Accessor,
     base: Option<Base<'a>>,
     overrides: Option<Overrides<'a>>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Base<'a> {
-    bytes: &'a [u8],
+    bytes: Cow<'a, [u8]>,
     stride: usize,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Overrides<'a> {
     count: usize,
-    indices: &'a [u8],
+    indices: Cow<'a, [u8]>,
     index_component: Component,
-    values: &'a [u8],
+    values: Cow<'a, [u8]>,
 }
 
-impl<'a> Overrides<'a> {
+impl Overrides<'_> {
     /// Index and bytes of the value, in file order.
-    fn iter(&self, element_size: usize) -> impl Iterator<Item = (usize, &'a [u8])> {
+    fn iter(&self, element_size: usize) -> impl Iterator<Item = (usize, &[u8])> {
         let size = self.index_component.size();
         let index = move |bytes: &[u8]| match size {
             1 => usize::from(u8::from_le(bytes[0])),
             2 => usize::from(u16::read(bytes)),
             _ => u32::read(bytes) as usize,
         };
-        self.indices
-            .chunks_exact(size)
-            .map(index)
-            .zip(self.values.chunks_exact(element_size))
-            .take(self.count)
+        self.indices.chunks_exact(size).map(index).zip(self.values.chunks(element_size)).take(self.count)
     }
 }
 
@@ -232,8 +255,8 @@ impl<'a> Source<'a> {
     /// Elements that stand one after the other; `None` if there are fewer bytes than the accessor says.
     pub(super) fn packed(accessor: Accessor, bytes: &'a [u8]) -> Option<Self> {
         let stride = accessor.element_size();
-        check_span(bytes.len(), accessor.count, stride, accessor.tight_size())?;
-        Some(Self { accessor, base: Some(Base { bytes, stride }), overrides: None })
+        span(accessor.count, stride, accessor.tight_size()).filter(|&span| span <= bytes.len())?;
+        Some(Self { accessor, base: Some(Base { bytes: Cow::Borrowed(bytes), stride }), overrides: None })
     }
 
     /// Elements as floats; `None` if memory does not suffice.
@@ -281,7 +304,7 @@ impl<'a> Source<'a> {
         };
         let mut out: Vec<[T; N]> = Vec::new();
         out.try_reserve_exact(selection.map_or(self.accessor.count, <[u32]>::len)).ok()?;
-        match (self.base, selection) {
+        match (&self.base, selection) {
             (Some(base), None) if !self.accessor.shape.is_matrix() && components == N => {
                 // The common case, with offsets known to the compiler.
                 out.extend(elements(base, S::SIZE * N, self.accessor.count).map(|bytes| {
@@ -335,7 +358,7 @@ impl<'a> Source<'a> {
             }
         };
         let replaced: BTreeSet<usize> = self.sparse_indices().into_iter().collect();
-        match self.base {
+        match &self.base {
             Some(base) => elements(base, a.tight_size(), a.count)
                 .enumerate()
                 .filter(|(i, _)| !replaced.contains(i))
@@ -355,7 +378,7 @@ impl<'a> Source<'a> {
 }
 
 /// The bytes of each element; `source` has checked that they are there.
-fn elements(base: Base<'_>, size: usize, count: usize) -> impl Iterator<Item = &[u8]> {
+fn elements<'b>(base: &'b Base<'_>, size: usize, count: usize) -> impl Iterator<Item = &'b [u8]> {
     (0..count).map(move |i| &base.bytes[i * base.stride..i * base.stride + size])
 }
 

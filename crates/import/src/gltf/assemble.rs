@@ -8,54 +8,54 @@ use super::node::{self, Placed};
 use super::texture::Textures;
 use super::{camera, extras, image, light, material, morph, skin};
 use crate::LoadOptions;
-use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 use vastlight_math::Affine3;
 use vastlight_math::glam::DAffine3;
-use vastlight_scene::{Image, Instance, Mesh, SceneDesc};
+use vastlight_scene::{Image, Instance, SceneDesc};
+
+/// A document that was read but for its meshes.
+#[derive(Debug)]
+pub(super) struct Parsed {
+    /// The chosen scene without meshes.
+    pub(super) desc: SceneDesc,
+    /// By number of the scene's mesh, what it shows.
+    pub(super) shapes: Vec<Shape>,
+    /// What meshes are made of.
+    pub(super) context: Context,
+}
 
 /// Builds the description of the chosen scene.
 pub(super) fn assemble(
     root: &Json<'_>,
-    data: &Data<'_>,
+    data: Data,
     directory: &Path,
     options: &LoadOptions,
     findings: &mut Findings,
-) -> SceneDesc {
+) -> Parsed {
     let mut desc = SceneDesc::default();
     let roots = scene_roots(root, options, findings);
     let placed = node::place(root, &roots);
-    let shapes = place_meshes(root, data, &placed, &mut desc, findings);
+    let shapes = place_meshes(root, &data, &placed, &mut desc, findings);
     place_cameras_and_lights(root, &placed, &mut desc, findings);
     desc.environment = extras::environment(root, findings);
-    let default_material = read_materials(root, data, directory, options, &mut desc, findings);
-    let budget = AtomicU64::new(data.geometry_budget());
-    let joints = pose_skins(root, data, &placed, &shapes);
-    let limits = &options.limits;
-    let context = Context { root, data, default_material, joints: &joints, limits, budget: &budget };
-    let built: Vec<(Mesh, Findings)> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();
-    for (mesh, found) in built {
-        findings.append(found);
-        desc.meshes.push(mesh);
-    }
+    let default_material = read_materials(root, &data, directory, options, &mut desc, findings);
     if !root.list("animations").is_empty() {
         let what = "animations are not played";
-        findings.warn(
-            "ANIMATIONS",
-            what,
-            "/animations",
-            "the picture shows the pose that the nodes describe",
-        );
+        let hint = "the picture shows the pose that the nodes describe";
+        findings.warn("ANIMATIONS", what, "/animations", hint);
     }
-    desc
+    let joints = pose_skins(root, &data, &placed, &shapes);
+    let meshes = root.list("meshes").iter().map(Json::owned).collect();
+    let (limits, budget) = (options.limits, AtomicU64::new(data.geometry_budget()));
+    Parsed { desc, shapes, context: Context { meshes, data, default_material, joints, limits, budget } }
 }
 
 /// The joints' matrices of every skin in use.
 fn pose_skins(
     root: &Json<'_>,
-    data: &Data<'_>,
+    data: &Data,
     placed: &[Placed],
     shapes: &[Shape],
 ) -> BTreeMap<usize, Vec<Affine3>> {
@@ -69,7 +69,7 @@ fn pose_skins(
 }
 
 /// Most copies that EXT_mesh_gpu_instancing makes: what the file has bytes for, and always some.
-fn most_copies(data: &Data<'_>) -> usize {
+fn most_copies(data: &Data) -> usize {
     (1 << 20) + (data.buffers().total() / 4) as usize
 }
 
@@ -124,7 +124,7 @@ fn parentless(root: &Json<'_>) -> Vec<usize> {
 /// Adds the instances; returns what each entry of the scene's mesh table shows.
 fn place_meshes(
     root: &Json<'_>,
-    data: &Data<'_>,
+    data: &Data,
     placed: &[Placed],
     desc: &mut SceneDesc,
     findings: &mut Findings,
@@ -228,7 +228,7 @@ fn object_name(json: &Json<'_>, node: &Json<'_>, kind: &str, index: usize) -> St
 /// Reads all materials, their textures and images; returns the number of glTF's default material.
 fn read_materials(
     root: &Json<'_>,
-    data: &Data<'_>,
+    data: &Data,
     directory: &Path,
     options: &LoadOptions,
     desc: &mut SceneDesc,

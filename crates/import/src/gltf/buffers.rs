@@ -1,18 +1,17 @@
 //! The bytes behind buffers and buffer views.
 
+use super::blob::{Blob, MOST_IN_MEMORY};
 use super::findings::Findings;
 use super::json::Json;
 use super::uri::{self, Uri};
 use crate::Limits;
-use std::borrow::Cow;
-use std::io::Read;
 use std::path::Path;
 
 /// What is known of a buffer.
 #[derive(Clone, Debug)]
-pub(super) enum Bytes<'a> {
+pub(super) enum Bytes {
     /// Its bytes.
-    Known(Cow<'a, [u8]>),
+    Known(Blob),
     /// It should be there and is not; an error has been reported.
     Missing,
     /// The file leaves open where it is.
@@ -21,19 +20,19 @@ pub(super) enum Bytes<'a> {
 
 /// The bytes of all buffers.
 #[derive(Debug, Default)]
-pub(super) struct Buffers<'a> {
-    data: Vec<Bytes<'a>>,
+pub(super) struct Buffers {
+    data: Vec<Bytes>,
 }
 
-impl<'a> Buffers<'a> {
+impl Buffers {
     /// The bytes of a buffer.
-    pub(super) fn get(&self, buffer: usize) -> &Bytes<'a> {
+    pub(super) fn get(&self, buffer: usize) -> &Bytes {
         self.data.get(buffer).unwrap_or(&Bytes::Missing)
     }
 
     /// Bytes of all buffers.
     pub(super) fn total(&self) -> u64 {
-        let length = |bytes: &Bytes<'_>| if let Bytes::Known(bytes) = bytes { bytes.len() as u64 } else { 0 };
+        let length = |bytes: &Bytes| if let Bytes::Known(bytes) = bytes { bytes.len() } else { 0 };
         self.data.iter().map(length).sum()
     }
 }
@@ -42,7 +41,7 @@ impl<'a> Buffers<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sources<'a> {
     /// The BIN chunk of a GLB.
-    pub(super) bin: Option<&'a [u8]>,
+    pub(super) bin: Option<&'a Blob>,
     /// Whether the file is a GLB.
     pub(super) is_glb: bool,
     /// Folder of the document.
@@ -52,21 +51,16 @@ pub(super) struct Sources<'a> {
 }
 
 /// Loads every buffer of the document.
-pub(super) fn load<'a>(root: &Json<'_>, sources: &Sources<'a>, findings: &mut Findings) -> Buffers<'a> {
+pub(super) fn load(root: &Json<'_>, sources: &Sources<'_>, findings: &mut Findings) -> Buffers {
     let list = root.list("buffers").iter().enumerate();
     Buffers { data: list.map(|(i, buffer)| load_one(buffer, i, sources, findings)).collect() }
 }
 
-fn load_one<'a>(
-    buffer: &Json<'_>,
-    index: usize,
-    sources: &Sources<'a>,
-    findings: &mut Findings,
-) -> Bytes<'a> {
+fn load_one(buffer: &Json<'_>, index: usize, sources: &Sources<'_>, findings: &mut Findings) -> Bytes {
     let place = format!("/buffers/{index}");
     let bytes = match (buffer.at("uri").text(), sources.bin) {
         (Some(uri), _) => load_uri(uri, sources, &place, findings),
-        (None, Some(bin)) if index == 0 => Bytes::Known(Cow::Borrowed(bin)),
+        (None, Some(bin)) if index == 0 => Bytes::Known(bin.clone()),
         (None, None) if index == 0 && sources.is_glb && buffer.get("extensions").is_none() => {
             let what = "the buffer is the GLB's BIN chunk, which is missing";
             findings.error("BUFFER_MISSING_GLB_DATA", what, &place, "");
@@ -78,7 +72,7 @@ fn load_one<'a>(
     bytes
 }
 
-fn load_uri<'a>(uri: &str, sources: &Sources<'_>, place: &str, findings: &mut Findings) -> Bytes<'a> {
+fn load_uri(uri: &str, sources: &Sources<'_>, place: &str, findings: &mut Findings) -> Bytes {
     let place = format!("{place}/uri");
     match uri::resolve(uri, sources.directory) {
         Uri::Data { media_type, bytes } => {
@@ -88,10 +82,10 @@ fn load_uri<'a>(uri: &str, sources: &Sources<'_>, place: &str, findings: &mut Fi
                 let hint = "application/octet-stream and application/gltf-buffer are allowed";
                 findings.error("BUFFER_DATA_URI_MIME_TYPE_INVALID", what, &place, hint);
             }
-            Bytes::Known(Cow::Owned(bytes))
+            Bytes::Known(bytes.into())
         }
-        Uri::File(path) => match read_file(&path, sources.limits.file_bytes) {
-            Ok(bytes) => Bytes::Known(Cow::Owned(bytes)),
+        Uri::File(path) => match Blob::open(&path, sources.limits.file_bytes, MOST_IN_MEMORY) {
+            Ok(bytes) => Bytes::Known(bytes),
             Err(error) => {
                 let what = format!("the file \"{}\" cannot be read: {error}", path.display());
                 findings.error("IO_ERROR", what, &place, "external files stand beside the document");
@@ -112,9 +106,10 @@ fn load_uri<'a>(uri: &str, sources: &Sources<'_>, place: &str, findings: &mut Fi
 }
 
 /// A buffer has at least the length that it declares; a GLB's chunk at most 3 bytes more.
-fn check_length(buffer: &Json<'_>, bytes: &Bytes<'_>, place: &str, findings: &mut Findings) {
+fn check_length(buffer: &Json<'_>, bytes: &Bytes, place: &str, findings: &mut Findings) {
     let (Some(declared), Bytes::Known(bytes)) = (buffer.index("byteLength"), bytes) else { return };
     let is_bin = buffer.get("uri").is_none();
+    let declared = declared as u64;
     if bytes.len() < declared {
         let what = format!("the buffer has {} bytes, fewer than the declared {declared}", bytes.len());
         findings.error("BUFFER_BYTE_LENGTH_MISMATCH", what, place, "the data is cut off");
@@ -132,41 +127,4 @@ pub(super) fn shorten(text: &str) -> String {
         short.push_str("...");
     }
     short
-}
-
-/// The JSON text of a file; of a GLB without what stands behind it.
-pub(super) fn read_json(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
-    let mut file = std::fs::File::open(path)?;
-    let mut head = Vec::new();
-    (&mut file).take(GLB_HEAD as u64).read_to_end(&mut head)?;
-    if !head.starts_with(b"glTF") {
-        return read_file(path, limit);
-    }
-    let length =
-        head.get(12..16).and_then(|bytes| bytes.first_chunk()).map(|&bytes| u32::from_le_bytes(bytes));
-    let mut json = Vec::new();
-    file.take(u64::from(length.unwrap_or(0))).read_to_end(&mut json)?;
-    Ok(json)
-}
-
-/// Bytes of a GLB before its JSON text.
-pub(super) const GLB_HEAD: usize = 20;
-
-/// Reads a regular file of at most `limit` bytes.
-pub(super) fn read_file(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
-    let file = std::fs::File::open(path)?;
-    let metadata = file.metadata()?;
-    if !metadata.is_file() {
-        return Err(std::io::Error::other("it is no regular file"));
-    }
-    if metadata.len() > limit {
-        return Err(std::io::Error::other(format!(
-            "{} bytes are more than the limit of {limit}",
-            metadata.len()
-        )));
-    }
-    let mut bytes = Vec::new();
-    bytes.try_reserve_exact(metadata.len() as usize)?;
-    file.take(limit).read_to_end(&mut bytes)?;
-    Ok(bytes)
 }

@@ -1,14 +1,15 @@
 //! From the bytes of a file to its JSON text and, in GLB, its binary chunk.
 
+use super::blob::Blob;
 use super::findings::Findings;
 
 /// The parts of a file.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Container<'a> {
+#[derive(Clone, Debug)]
+pub(super) struct Container {
     /// The JSON text.
-    pub(super) json: &'a [u8],
+    pub(super) json: Blob,
     /// The BIN chunk of a GLB.
-    pub(super) bin: Option<&'a [u8]>,
+    pub(super) bin: Option<Blob>,
     /// Whether the file is a GLB.
     pub(super) is_glb: bool,
 }
@@ -18,26 +19,26 @@ const JSON: u32 = 0x4E4F_534A;
 const BIN: u32 = 0x004E_4942;
 
 /// Splits a file. Findings are errors where the container is broken; then `None` is returned.
-pub(super) fn split<'a>(bytes: &'a [u8], expect_glb: bool, findings: &mut Findings) -> Option<Container<'a>> {
-    if bytes.starts_with(MAGIC) || expect_glb {
-        split_glb(bytes, findings)
+pub(super) fn split(file: &Blob, expect_glb: bool, findings: &mut Findings) -> Option<Container> {
+    if file.read(0, 4).is_ok_and(|magic| &*magic == MAGIC) || expect_glb {
+        split_glb(file, findings)
     } else {
-        Some(Container { json: bytes, bin: None, is_glb: false })
+        Some(Container { json: file.clone(), bin: None, is_glb: false })
     }
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
-    let four = bytes.get(at..at.checked_add(4)?)?;
-    Some(u32::from_le_bytes([four[0], four[1], four[2], four[3]]))
+fn u32_at(file: &Blob, at: u64) -> Option<u32> {
+    let four = file.read(at, 4).ok()?;
+    four.first_chunk().map(|&four| u32::from_le_bytes(four))
 }
 
 /// The header, then chunk after chunk.
-fn split_glb<'a>(bytes: &'a [u8], findings: &mut Findings) -> Option<Container<'a>> {
-    let total = check_header(bytes, findings)?;
+fn split_glb(file: &Blob, findings: &mut Findings) -> Option<Container> {
+    let total = check_header(file, findings)?;
     let mut chunks = Chunks::default();
     let mut at = 12;
-    while at < total.min(bytes.len()) {
-        let (Some(length), Some(kind)) = (u32_at(bytes, at), u32_at(bytes, at + 4)) else {
+    while at < total.min(file.len()) {
+        let (Some(length), Some(kind)) = (u32_at(file, at), u32_at(file, at + 4)) else {
             findings.error(
                 "GLB_UNEXPECTED_END_OF_CHUNK_HEADER",
                 "the file ends within a chunk header",
@@ -46,9 +47,9 @@ fn split_glb<'a>(bytes: &'a [u8], findings: &mut Findings) -> Option<Container<'
             );
             return None;
         };
-        let length = length as usize;
+        let length = u64::from(length);
         check_length(length, at, total, findings);
-        let Some(data) = bytes.get(at + 8..).and_then(|rest| rest.get(..length)) else {
+        let Some(data) = file.part(at + 8, length) else {
             findings.error(
                 "GLB_UNEXPECTED_END_OF_CHUNK_DATA",
                 "the file ends within a chunk",
@@ -60,17 +61,17 @@ fn split_glb<'a>(bytes: &'a [u8], findings: &mut Findings) -> Option<Container<'
         chunks.add(kind, data, at, findings);
         at += 8 + length;
     }
-    finish(&chunks, bytes.len(), total, findings)
+    finish(chunks, file.len(), total, findings)
 }
 
-fn byte(at: usize) -> String {
+fn byte(at: u64) -> String {
     format!("byte {at}")
 }
 
 /// Magic, version and length; returns the declared length.
-fn check_header(bytes: &[u8], findings: &mut Findings) -> Option<usize> {
+fn check_header(file: &Blob, findings: &mut Findings) -> Option<u64> {
     let (Some(magic), Some(version), Some(length)) =
-        (bytes.get(..4), u32_at(bytes, 4), u32_at(bytes, 8).map(|n| n as usize))
+        (file.read(0, 4).ok(), u32_at(file, 4), u32_at(file, 8).map(u64::from))
     else {
         findings.error(
             "GLB_UNEXPECTED_END_OF_HEADER",
@@ -80,7 +81,7 @@ fn check_header(bytes: &[u8], findings: &mut Findings) -> Option<usize> {
         );
         return None;
     };
-    if magic != MAGIC {
+    if *magic != *MAGIC {
         findings.error(
             "GLB_INVALID_MAGIC",
             "the file does not start with \"glTF\"",
@@ -102,7 +103,7 @@ fn check_header(bytes: &[u8], findings: &mut Findings) -> Option<usize> {
     Some(length)
 }
 
-fn check_length(length: usize, at: usize, total: usize, findings: &mut Findings) {
+fn check_length(length: u64, at: u64, total: u64, findings: &mut Findings) {
     if !length.is_multiple_of(4) {
         let what = format!("the chunk's length {length} is not a multiple of 4");
         findings.error("GLB_CHUNK_LENGTH_UNALIGNED", what, &byte(at), "");
@@ -113,12 +114,7 @@ fn check_length(length: usize, at: usize, total: usize, findings: &mut Findings)
     }
 }
 
-fn finish<'a>(
-    chunks: &Chunks<'a>,
-    actual: usize,
-    total: usize,
-    findings: &mut Findings,
-) -> Option<Container<'a>> {
+fn finish(chunks: Chunks, actual: u64, total: u64, findings: &mut Findings) -> Option<Container> {
     if actual < total {
         let what = format!("the header declares {total} bytes, the file has {actual}");
         findings.error("GLB_LENGTH_MISMATCH", what, "byte 8", "the file is cut off");
@@ -126,20 +122,20 @@ fn finish<'a>(
         let what = format!("{} bytes follow the end of the GLB", actual - total);
         findings.warn("GLB_EXTRA_DATA", what, &byte(total), "they are ignored");
     }
-    let json = chunks.json.filter(|json| !json.is_empty())?;
+    let json = chunks.json.filter(|json| json.len() > 0)?;
     Some(Container { json, bin: chunks.bin, is_glb: true })
 }
 
 /// The chunks found so far.
 #[derive(Default)]
-struct Chunks<'a> {
-    json: Option<&'a [u8]>,
-    bin: Option<&'a [u8]>,
+struct Chunks {
+    json: Option<Blob>,
+    bin: Option<Blob>,
     count: usize,
 }
 
-impl<'a> Chunks<'a> {
-    fn add(&mut self, kind: u32, data: &'a [u8], at: usize, findings: &mut Findings) {
+impl Chunks {
+    fn add(&mut self, kind: u32, data: Blob, at: u64, findings: &mut Findings) {
         let place = byte(at);
         if self.count == 0 && kind != JSON {
             let what = format!("the first chunk is of type 0x{kind:08x}, not JSON");
@@ -149,7 +145,7 @@ impl<'a> Chunks<'a> {
             findings.error("GLB_UNEXPECTED_BIN_CHUNK", "the BIN chunk is not the second chunk", &place, "");
         }
         match kind {
-            JSON if data.is_empty() => {
+            JSON if data.len() == 0 => {
                 findings.error("GLB_EMPTY_CHUNK", "the JSON chunk is empty", &place, "");
                 self.keep_json(data, &place, findings);
             }
@@ -166,7 +162,7 @@ impl<'a> Chunks<'a> {
         self.count += 1;
     }
 
-    fn keep_json(&mut self, data: &'a [u8], place: &str, findings: &mut Findings) {
+    fn keep_json(&mut self, data: Blob, place: &str, findings: &mut Findings) {
         if self.json.is_some() {
             duplicate("JSON", place, findings);
         } else {

@@ -12,7 +12,7 @@ const EXTENSION: &str = "KHR_draco_mesh_compression";
 /// A decompressed primitive. Attributes that are not in the stream stand in accessors.
 #[derive(Debug)]
 pub(super) struct FromDraco<'a> {
-    data: &'a Data<'a>,
+    data: &'a Data,
     primitive: &'a Json<'a>,
     ids: &'a Json<'a>,
     mesh: DracoMesh,
@@ -21,7 +21,7 @@ pub(super) struct FromDraco<'a> {
 impl<'a> FromDraco<'a> {
     /// Decompresses a primitive; `None` if it is not compressed.
     pub(super) fn read(
-        data: &'a Data<'a>,
+        data: &'a Data,
         primitive: &'a Json<'a>,
         limits: &Limits,
         place: &str,
@@ -30,7 +30,7 @@ impl<'a> FromDraco<'a> {
         let place = format!("{place}/extensions/{EXTENSION}");
         let view = extension.index("bufferView");
         let view = view.ok_or_else(|| Fault::new("the property \"bufferView\" is missing", &place, ""))?;
-        let mesh = decode::draco(data.view_bytes(view)?, limits, &place)
+        let mesh = decode::draco(&data.view_bytes(view)?, limits, &place)
             .map_err(|error| Fault::new(error.what, &place, ""))?;
         Ok(Some(Self { data, primitive, ids: extension.at("attributes"), mesh }))
     }

@@ -1,7 +1,8 @@
 //! Images: where their bytes stand, what format they have, and decoding them in parallel.
 
 use super::accessor::{Data, Fault};
-use super::buffers::{read_file, shorten};
+use super::blob::read_file;
+use super::buffers::shorten;
 use super::findings::Findings;
 use super::json::Json;
 use super::uri::{self, Uri};
@@ -15,7 +16,7 @@ use vastlight_scene::{Image, Texels};
 /// if all together are beyond the limits.
 pub(super) fn load_all(
     root: &Json<'_>,
-    data: &Data<'_>,
+    data: &Data,
     directory: &Path,
     limits: &Limits,
     findings: &mut Findings,
@@ -48,7 +49,7 @@ pub(super) fn load_all(
 /// Where images come from.
 #[derive(Clone, Copy)]
 struct Source<'a> {
-    data: &'a Data<'a>,
+    data: &'a Data,
     directory: &'a Path,
     limits: &'a Limits,
 }
@@ -59,7 +60,7 @@ impl Source<'_> {
         let place = format!("/images/{index}");
         match json.index("bufferView") {
             Some(view) => match self.data.view_bytes(view) {
-                Ok(bytes) => Some(Cow::Borrowed(bytes)),
+                Ok(bytes) => Some(bytes),
                 Err(fault) => {
                     findings.fault("IMAGE_WITHOUT_DATA", Fault { place, ..fault });
                     None

@@ -34,6 +34,21 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Json<'_>, serde_json::Error> {
 }
 
 impl<'a> Json<'a> {
+    /// A copy that does not borrow from the text.
+    pub(super) fn owned(&self) -> Json<'static> {
+        let text = |text: &Cow<'a, str>| Cow::Owned(text.clone().into_owned());
+        match self {
+            Json::Null => Json::Null,
+            Json::Bool(flag) => Json::Bool(*flag),
+            Json::Number(x) => Json::Number(*x),
+            Json::String(s) => Json::String(text(s)),
+            Json::Array(list) => Json::Array(list.iter().map(Json::owned).collect()),
+            Json::Object(members) => {
+                Json::Object(members.iter().map(|(key, value)| (text(key), value.owned())).collect())
+            }
+        }
+    }
+
     /// The member of that name; null if there is none, or if this is no object.
     pub(super) fn at(&self, key: &str) -> &Json<'a> {
         self.get(key).unwrap_or(&NULL)

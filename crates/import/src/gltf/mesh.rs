@@ -15,17 +15,18 @@ use vastlight_scene::{Mesh, Part};
 
 /// What meshes are built from.
 #[derive(Debug)]
-pub(super) struct Context<'a> {
-    pub(super) root: &'a Json<'a>,
-    pub(super) data: &'a Data<'a>,
+pub(super) struct Context {
+    /// The document's meshes.
+    pub(super) meshes: Vec<Json<'static>>,
+    pub(super) data: Data,
     /// Material of primitives that name none.
     pub(super) default_material: u32,
     /// World space from bind pose for each joint of each skin in use.
-    pub(super) joints: &'a BTreeMap<usize, Vec<Affine3>>,
+    pub(super) joints: BTreeMap<usize, Vec<Affine3>>,
     /// Bounds on what decoders make.
-    pub(super) limits: &'a Limits,
+    pub(super) limits: Limits,
     /// Bytes of geometry that may still be made.
-    pub(super) budget: &'a AtomicU64,
+    pub(super) budget: AtomicU64,
 }
 
 /// A mesh as nodes show it: with their morph weights and skin.
@@ -40,9 +41,9 @@ pub(super) struct Shape {
 }
 
 /// Builds a mesh; primitives that cannot be used are left out with a finding.
-pub(super) fn build(context: &Context<'_>, shape: &Shape) -> (Mesh, Findings) {
+pub(super) fn build(context: &Context, shape: &Shape) -> (Mesh, Findings) {
     let mut findings = Findings::default();
-    let json = &context.root.list("meshes")[shape.mesh];
+    let json = &context.meshes[shape.mesh];
     let mut mesh = Mesh { name: name_of(json, shape.mesh), ..Mesh::default() };
     let mut surfaces = Vec::new();
     for (i, primitive) in json.list("primitives").iter().enumerate() {
@@ -67,7 +68,7 @@ pub(super) fn build(context: &Context<'_>, shape: &Shape) -> (Mesh, Findings) {
     (mesh, findings)
 }
 
-fn material_of(context: &Context<'_>, primitive: &Json<'_>) -> u32 {
+fn material_of(context: &Context, primitive: &Json<'_>) -> u32 {
     primitive.index("material").map_or(context.default_material, |m| m as u32)
 }
 
@@ -81,18 +82,18 @@ pub(super) fn name_of(json: &Json<'_>, index: usize) -> String {
 
 /// Reads a primitive, morphs it, and moves it with its joints.
 fn surface_of(
-    context: &Context<'_>,
+    context: &Context,
     shape: &Shape,
     primitive: &Json<'_>,
     mode: Mode,
     place: &str,
 ) -> Result<Surface, Fault> {
-    let (mut surface, selection) = match FromDraco::read(context.data, primitive, context.limits, place)? {
+    let (mut surface, selection) = match FromDraco::read(&context.data, primitive, &context.limits, place)? {
         Some(source) => (read_draco(context, &source, place)?, None),
         None => read_accessors(context, primitive, mode, place)?,
     };
     let weights: Vec<f32> = shape.weights.iter().map(|&bits| f32::from_bits(bits)).collect();
-    morph::apply(&mut surface, primitive, &weights, context.data, selection.as_deref())?;
+    morph::apply(&mut surface, primitive, &weights, &context.data, selection.as_deref())?;
     if let Some(joints) = shape.skin.and_then(|skin| context.joints.get(&skin)) {
         skin::apply(&mut surface, joints);
     }
@@ -100,32 +101,32 @@ fn surface_of(
     Ok(surface)
 }
 
-fn read_draco(context: &Context<'_>, source: &FromDraco<'_>, place: &str) -> Result<Surface, Fault> {
+fn read_draco(context: &Context, source: &FromDraco<'_>, place: &str) -> Result<Surface, Fault> {
     let surface = primitive::read(source, Mode::Triangles, &source.corners(), place)?;
-    take_budget(context.budget, bytes_of(&surface), place)?;
+    take_budget(&context.budget, bytes_of(&surface), place)?;
     Ok(surface)
 }
 
 /// Reads a primitive from accessors; also returns which vertices were read, if not all.
 fn read_accessors(
-    context: &Context<'_>,
+    context: &Context,
     primitive: &Json<'_>,
     mode: Mode,
     place: &str,
 ) -> Result<(Surface, Option<Vec<u32>>), Fault> {
-    let data = context.data;
+    let data = &context.data;
     let positions = primitive.at("attributes").index("POSITION").and_then(|i| data.accessor(i));
     let Some(count) = positions.map(|accessor| accessor.count) else { return Ok((Surface::default(), None)) };
     let index_accessor = primitive.index("indices");
     let corner_count = index_accessor.and_then(|i| data.accessor(i)).map_or(count, |accessor| accessor.count);
     // At least a position for each vertex and an index for each corner, before memory is taken for them.
     let least = (corner_count.min(count) as u64).saturating_mul(12).saturating_add(corner_count as u64 * 4);
-    take_budget(context.budget, least, place)?;
+    take_budget(&context.budget, least, place)?;
     let indices = index_accessor.map(|i| data.whole::<1>(i)).transpose()?.map(Vec::into_flattened);
     let corners = Corners::new(indices, count, place)?;
     let attributes = FromAccessors { data, primitive, selection: corners.selection.as_deref() };
     let surface = primitive::read(&attributes, mode, &corners.vertices, place)?;
-    take_budget(context.budget, bytes_of(&surface), place)?;
+    take_budget(&context.budget, bytes_of(&surface), place)?;
     Ok((surface, corners.selection))
 }
 

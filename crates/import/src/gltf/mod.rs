@@ -1,12 +1,13 @@
 //! glTF 2.0 and GLB.
 //!
-//! The way of the data: `container` splits the file, `json` parses the text, `validate` checks the document against
+//! The way of the data: `container` splits the file (a `blob`, which stays on disk if it is large), `json` parses the text, `validate` checks the document against
 //! the specification, `buffers`, `meshopt` and `accessor` give typed arrays, `mesh` (with `primitive`, `topology`), `material`
 //! (with `texture`, `image`), `camera`, `light` and `extras` turn the parts into the scene's, and `assemble` walks the
 //! nodes.
 
 mod accessor;
 mod assemble;
+mod blob;
 mod buffers;
 mod camera;
 mod container;
@@ -25,6 +26,7 @@ mod morph;
 mod node;
 mod primitive;
 mod skin;
+mod stream;
 #[cfg(test)]
 mod tests;
 mod texture;
@@ -32,10 +34,16 @@ mod topology;
 mod uri;
 mod validate;
 
-use crate::{ErrorKind, ImportError, LoadOptions};
+use crate::{ImportError, LoadOptions};
+use assemble::Parsed;
+use blob::Blob;
+use container::Container;
 use findings::Findings;
+use rayon::prelude::*;
 use std::path::Path;
-use vastlight_scene::{Diagnostics, SceneDesc};
+use vastlight_scene::{Diagnostics, Mesh, SceneDesc};
+
+pub(crate) use stream::{file_size, stream};
 
 /// Reads a glTF or GLB file.
 ///
@@ -45,31 +53,24 @@ use vastlight_scene::{Diagnostics, SceneDesc};
 /// # Errors
 /// The file cannot be read.
 pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
-    let bytes = read(path, options)?;
+    let file = open(path, options)?;
     let mut findings = Findings::default();
-    let mut desc = parse(&bytes, path, options, &mut findings).unwrap_or_default();
+    let mut desc = load_blob(&file, path, options, &mut findings);
     findings.report(&path.display().to_string(), &mut desc.diagnostics);
     Ok(desc)
 }
 
-/// Bytes that [`load`] takes for a file and its buffers at most, as far as the sizes of files say.
-///
-/// # Errors
-/// The file cannot be read.
-pub(crate) fn whole_bytes(path: &Path, options: &LoadOptions) -> Result<u64, ImportError> {
-    let failed = |e: std::io::Error| ImportError::io(&e, path);
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let own = std::fs::metadata(path).map_err(failed)?.len();
-    let text = buffers::read_json(path, options.limits.file_bytes).map_err(failed)?;
-    // What is wrong with the text is found when it is read.
-    let root = json::parse(&text).unwrap_or(json::Json::Null);
-    let size = |buffer: &json::Json<'_>| match buffer.at("uri").text().map(|uri| uri::resolve(uri, folder)) {
-        Some(uri::Uri::File(file)) => std::fs::metadata(file).map_or(0, |metadata| metadata.len()),
-        _ => 0,
+/// The scene in a file with its meshes; an empty one if an error stands in `findings`.
+fn load_blob(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Findings) -> SceneDesc {
+    let Some(Parsed { mut desc, shapes, context }) = parse(file, path, options, findings) else {
+        return SceneDesc::default();
     };
-    let buffers: u64 = root.list("buffers").iter().map(size).sum();
-    // The buffers, and the meshes that are made of them, whose indices become wider.
-    Ok((own + buffers).saturating_mul(5) / 2)
+    let built: Vec<(Mesh, Findings)> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();
+    for (mesh, found) in built {
+        findings.append(found);
+        desc.meshes.push(mesh);
+    }
+    desc
 }
 
 /// Checks a glTF or GLB file and reports all that is found.
@@ -85,16 +86,23 @@ pub fn validate(path: &Path) -> Diagnostics {
     }
 }
 
-fn read(path: &Path, options: &LoadOptions) -> Result<Vec<u8>, ImportError> {
-    buffers::read_file(path, options.limits.file_bytes)
-        .map_err(|error| ImportError::new(ErrorKind::Io, error.to_string(), path.display().to_string()))
+fn open(path: &Path, options: &LoadOptions) -> Result<Blob, ImportError> {
+    Blob::open(path, options.limits.file_bytes, blob::MOST_IN_MEMORY)
+        .map_err(|error| ImportError::io(&error, path))
 }
 
-/// From bytes to a description; `None` if an error stands in `findings`.
-fn parse(bytes: &[u8], path: &Path, options: &LoadOptions, findings: &mut Findings) -> Option<SceneDesc> {
+/// From a file to a description without meshes, and what they are made of; `None` if an error stands in `findings`.
+fn parse(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Findings) -> Option<Parsed> {
     let expect_glb = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
-    let container = container::split(bytes, expect_glb, findings)?;
-    let root = match json::parse(container.json) {
+    let container = container::split(file, expect_glb, findings)?;
+    let text = match container.json.bytes() {
+        Ok(text) => text,
+        Err(error) => {
+            findings.error("IO_ERROR", format!("the file cannot be read: {error}"), "", "");
+            return None;
+        }
+    };
+    let root = match json::parse(&text) {
         Ok(root) => root,
         Err(error) => {
             findings.error("INVALID_JSON", format!("the JSON is invalid: {error}"), "", "");
@@ -103,8 +111,8 @@ fn parse(bytes: &[u8], path: &Path, options: &LoadOptions, findings: &mut Findin
     };
     validate::check_schema(&root, findings);
     let directory = path.parent().unwrap_or(Path::new(""));
-    let sources =
-        buffers::Sources { bin: container.bin, is_glb: container.is_glb, directory, limits: &options.limits };
+    let Container { bin, is_glb, .. } = &container;
+    let sources = buffers::Sources { bin: bin.as_ref(), is_glb: *is_glb, directory, limits: &options.limits };
     let buffers = buffers::load(&root, &sources, findings);
     let mut data = accessor::Data::new(&root, buffers);
     validate::check_rules(&root, &data, findings);
@@ -114,5 +122,5 @@ fn parse(bytes: &[u8], path: &Path, options: &LoadOptions, findings: &mut Findin
     let decoded = meshopt::decode_views(&root, &data, &options.limits, findings);
     data.set_decoded(decoded);
     validate::check_data(&root, &data, findings);
-    Some(assemble::assemble(&root, &data, directory, options, findings))
+    Some(assemble::assemble(&root, data, directory, options, findings))
 }

@@ -17,7 +17,7 @@ pub(super) fn apply(
     surface: &mut Surface,
     primitive: &Json<'_>,
     weights: &[f32],
-    data: &Data<'_>,
+    data: &Data,
     selection: Option<&[u32]>,
 ) -> Result<(), Fault> {
     for (target, &weight) in primitive.list("targets").iter().zip(weights).filter(|(_, w)| **w != 0.0) {

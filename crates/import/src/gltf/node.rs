@@ -54,7 +54,7 @@ pub(super) fn to_f32(transform: &DAffine3) -> Affine3 {
 /// The transforms of EXT_mesh_gpu_instancing relative to the node; `None` if the node has none.
 pub(super) fn gpu_instances(
     node: &Json<'_>,
-    data: &Data<'_>,
+    data: &Data,
     place: &str,
     findings: &mut Findings,
 ) -> Option<Vec<DAffine3>> {

@@ -32,7 +32,7 @@ pub(super) trait Attributes {
 /// Attributes in accessors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FromAccessors<'a> {
-    pub(super) data: &'a Data<'a>,
+    pub(super) data: &'a Data,
     pub(super) primitive: &'a Json<'a>,
     pub(super) selection: Option<&'a [u32]>,
 }

@@ -10,7 +10,7 @@ use vastlight_math::{Affine3, Mat3, Vec3};
 /// World space from the space of a mesh in its bind pose, for each joint of a skin.
 pub(super) fn joint_matrices(
     skin: &Json<'_>,
-    data: &Data<'_>,
+    data: &Data,
     world_from_node: &[Option<DAffine3>],
 ) -> Vec<Affine3> {
     let inverse_binds = skin.index("inverseBindMatrices").and_then(|i| data.floats::<16>(i, 0.0).ok());

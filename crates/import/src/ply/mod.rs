@@ -33,7 +33,7 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     let file_bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
     let header = Header::read(&mut Source::open(path, &options.limits)?)?;
     let mut diagnostics = Diagnostics::default();
-    let faces: u64 = header.elements.iter().filter(|e| e.name == "face").map(|e| e.count).sum();
+    let faces = faces_of(&header);
     let strips = header.element("tristrips").is_some();
     if faces == 0 && !strips {
         warn_no_faces(&mut diagnostics, &path.display().to_string());
@@ -48,6 +48,15 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     // Polygons with more corners make more triangles than there are faces; most files have triangles.
     let triangles = (!strips).then_some(faces);
     Ok(streamed_mesh(path, colored, triangles, diagnostics, Box::new(read)))
+}
+
+/// Faces that a file says it has.
+pub(crate) fn faces(path: &Path, options: &LoadOptions) -> Result<u64, ImportError> {
+    Ok(faces_of(&Header::read(&mut Source::open(path, &options.limits)?)?))
+}
+
+fn faces_of(header: &Header) -> u64 {
+    header.elements.iter().filter(|e| e.name == "face").map(|e| e.count).sum()
 }
 
 fn warn_no_faces(diagnostics: &mut Diagnostics, file: &str) {

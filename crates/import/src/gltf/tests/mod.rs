@@ -8,3 +8,4 @@ mod materials;
 mod nodes;
 mod posing;
 mod reports;
+mod streaming;

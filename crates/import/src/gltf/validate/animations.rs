@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 const UNIT_TOLERANCE: f32 = 0.00769;
 
 /// Checks all animations.
-pub(super) fn check(root: &Json<'_>, data: &Data<'_>, usages: &mut Usages, findings: &mut Findings) {
+pub(super) fn check(root: &Json<'_>, data: &Data, usages: &mut Usages, findings: &mut Findings) {
     for (i, animation) in root.list("animations").iter().enumerate() {
         let place = format!("/animations/{i}");
         for (k, sampler) in animation.list("samplers").iter().enumerate() {
@@ -27,7 +27,7 @@ pub(super) fn check(root: &Json<'_>, data: &Data<'_>, usages: &mut Usages, findi
 fn check_sampler(
     root: &Json<'_>,
     sampler: &Json<'_>,
-    data: &Data<'_>,
+    data: &Data,
     usages: &mut Usages,
     place: &str,
     findings: &mut Findings,
@@ -94,7 +94,7 @@ fn check_channel(
     root: &Json<'_>,
     animation: &Json<'_>,
     channel: &Json<'_>,
-    data: &Data<'_>,
+    data: &Data,
     place: &str,
     findings: &mut Findings,
 ) {
@@ -138,7 +138,7 @@ fn check_output(
     sampler: &Json<'_>,
     node: Option<&Json<'_>>,
     path: &str,
-    data: &Data<'_>,
+    data: &Data,
     place: &str,
     findings: &mut Findings,
 ) {
@@ -169,7 +169,7 @@ fn check_output(
 }
 
 /// Times ascend from 0 or later, rotations are unit quaternions.
-pub(super) fn check_data(root: &Json<'_>, data: &Data<'_>, findings: &mut Findings) {
+pub(super) fn check_data(root: &Json<'_>, data: &Data, findings: &mut Findings) {
     for (i, animation) in root.list("animations").iter().enumerate() {
         for (k, sampler) in animation.list("samplers").iter().enumerate() {
             let place = format!("/animations/{i}/samplers/{k}/input");
@@ -185,7 +185,7 @@ pub(super) fn check_data(root: &Json<'_>, data: &Data<'_>, findings: &mut Findin
     }
 }
 
-fn check_times(sampler: &Json<'_>, data: &Data<'_>, place: &str, findings: &mut Findings) {
+fn check_times(sampler: &Json<'_>, data: &Data, place: &str, findings: &mut Findings) {
     let Some(times) = values::<1>(sampler, "input", data) else { return };
     if let Some(i) = times.iter().position(|t| t[0] < 0.0) {
         let what = format!("time {i} is negative: {}", times[i][0]);
@@ -197,7 +197,7 @@ fn check_times(sampler: &Json<'_>, data: &Data<'_>, place: &str, findings: &mut 
     }
 }
 
-fn check_rotations(sampler: &Json<'_>, data: &Data<'_>, place: &str, findings: &mut Findings) {
+fn check_rotations(sampler: &Json<'_>, data: &Data, place: &str, findings: &mut Findings) {
     let Some(rotations) = values::<4>(sampler, "output", data) else { return };
     let is_spline = sampler.at("interpolation").text() == Some("CUBICSPLINE");
     let is_wrong = |(i, q): (usize, &[f32; 4])| {
@@ -212,7 +212,7 @@ fn check_rotations(sampler: &Json<'_>, data: &Data<'_>, place: &str, findings: &
 }
 
 /// Values that the file holds; `None` for accessors without data.
-fn values<const N: usize>(sampler: &Json<'_>, key: &str, data: &Data<'_>) -> Option<Vec<[f32; N]>> {
+fn values<const N: usize>(sampler: &Json<'_>, key: &str, data: &Data) -> Option<Vec<[f32; N]>> {
     let index = sampler.index(key)?;
     let accessor = data.accessor(index)?;
     if accessor.shape.components() != N || !data.has_values(index) {

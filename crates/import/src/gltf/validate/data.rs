@@ -7,7 +7,7 @@ use crate::gltf::model::Component;
 use rayon::prelude::*;
 
 /// Checks the values of all accessors that have data.
-pub(super) fn check(root: &Json<'_>, data: &Data<'_>, findings: &mut Findings) {
+pub(super) fn check(root: &Json<'_>, data: &Data, findings: &mut Findings) {
     let found: Vec<Findings> = root
         .list("accessors")
         .par_iter()
@@ -21,7 +21,7 @@ pub(super) fn check(root: &Json<'_>, data: &Data<'_>, findings: &mut Findings) {
     found.into_iter().for_each(|f| findings.append(f));
 }
 
-fn check_accessor(json: &Json<'_>, data: &Data<'_>, index: usize, findings: &mut Findings) {
+fn check_accessor(json: &Json<'_>, data: &Data, index: usize, findings: &mut Findings) {
     if !data.has_values(index) {
         return;
     }

@@ -11,12 +11,7 @@ pub(super) fn buffer_lengths(root: &Json<'_>) -> Vec<Option<usize>> {
 }
 
 /// Views lie within their buffers.
-pub(super) fn check_views(
-    root: &Json<'_>,
-    data: &Data<'_>,
-    lengths: &[Option<usize>],
-    findings: &mut Findings,
-) {
+pub(super) fn check_views(root: &Json<'_>, data: &Data, lengths: &[Option<usize>], findings: &mut Findings) {
     for (i, json) in root.list("bufferViews").iter().enumerate() {
         let Some(view) = data.view(i) else { continue };
         let place = format!("/bufferViews/{i}");
@@ -53,7 +48,7 @@ fn stride_not_allowed(place: &str, findings: &mut Findings) {
 }
 
 /// Accessors lie within their views, aligned, and their sparse parts too.
-pub(super) fn check_accessors(root: &Json<'_>, data: &Data<'_>, findings: &mut Findings) {
+pub(super) fn check_accessors(root: &Json<'_>, data: &Data, findings: &mut Findings) {
     for (i, json) in root.list("accessors").iter().enumerate() {
         let Some(accessor) = data.accessor(i) else { continue };
         let place = format!("/accessors/{i}");
@@ -122,7 +117,7 @@ fn check_fit(accessor: &Accessor, view: &View, number: usize, place: &str, findi
     }
 }
 
-fn check_sparse(accessor: &Accessor, data: &Data<'_>, place: &str, findings: &mut Findings) {
+fn check_sparse(accessor: &Accessor, data: &Data, place: &str, findings: &mut Findings) {
     let Some(sparse) = &accessor.sparse else { return };
     if sparse.count > accessor.count {
         let what = format!("{} elements of {} are replaced", sparse.count, accessor.count);
@@ -181,7 +176,7 @@ pub(super) struct Usages {
 
 impl Usages {
     /// Starts with what `bufferView.target` says.
-    pub(super) fn new(root: &Json<'_>, data: &Data<'_>) -> Self {
+    pub(super) fn new(root: &Json<'_>, data: &Data) -> Self {
         let target = |json: &Json<'_>| match json.index("target") {
             Some(34962) => Some(Usage::Vertices),
             Some(34963) => Some(Usage::Indices),
@@ -218,7 +213,7 @@ impl Usages {
     }
 
     /// Notes vertex attributes in a view; a second accessor there needs the view to have a stride.
-    pub(super) fn note_vertices(&mut self, index: usize, accessor: &Accessor, data: &Data<'_>) -> bool {
+    pub(super) fn note_vertices(&mut self, index: usize, accessor: &Accessor, data: &Data) -> bool {
         let Some(view) = accessor.view else { return true };
         let Some(slot) = self.first_accessor.get_mut(view) else { return true };
         *slot.get_or_insert(index) == index || data.view(view).is_none_or(|v| v.stride.is_some())

@@ -23,7 +23,7 @@ enum Job<'a> {
 }
 
 /// Checks the values of all primitives. What several primitives share is checked once.
-pub(super) fn check<'a>(root: &'a Json<'a>, data: &Data<'_>, findings: &mut Findings) {
+pub(super) fn check<'a>(root: &'a Json<'a>, data: &Data, findings: &mut Findings) {
     let jobs = collect(root, data);
     let found: Vec<Findings> = jobs
         .par_iter()
@@ -36,7 +36,7 @@ pub(super) fn check<'a>(root: &'a Json<'a>, data: &Data<'_>, findings: &mut Find
     found.into_iter().for_each(|f| findings.append(f));
 }
 
-fn collect<'a>(root: &'a Json<'a>, data: &Data<'_>) -> Vec<(Job<'a>, String)> {
+fn collect<'a>(root: &'a Json<'a>, data: &Data) -> Vec<(Job<'a>, String)> {
     let mut jobs = Vec::new();
     let mut seen: BTreeSet<(&str, usize, usize)> = BTreeSet::new();
     let joints = fewest_joints(root);
@@ -97,7 +97,7 @@ fn fewest_joints(root: &Json<'_>) -> Vec<Option<(usize, usize)>> {
     fewest
 }
 
-fn run(job: &Job<'_>, data: &Data<'_>, place: &str, findings: &mut Findings) {
+fn run(job: &Job<'_>, data: &Data, place: &str, findings: &mut Findings) {
     match *job {
         Job::Indices { accessor, vertices } => check_indices(data, accessor, vertices, place, findings),
         Job::Unit { accessor, with_sign } => check_unit(data, accessor, with_sign, place, findings),
@@ -106,7 +106,7 @@ fn run(job: &Job<'_>, data: &Data<'_>, place: &str, findings: &mut Findings) {
     }
 }
 
-fn check_indices(data: &Data<'_>, accessor: usize, vertices: usize, place: &str, findings: &mut Findings) {
+fn check_indices(data: &Data, accessor: usize, vertices: usize, place: &str, findings: &mut Findings) {
     let Some(form) = data.accessor(accessor).filter(|_| data.has_values(accessor)) else { return };
     let Ok(indices) = data.whole::<1>(accessor) else { return };
     let restart = match form.component {
@@ -123,7 +123,7 @@ fn check_indices(data: &Data<'_>, accessor: usize, vertices: usize, place: &str,
     }
 }
 
-fn check_unit(data: &Data<'_>, accessor: usize, with_sign: bool, place: &str, findings: &mut Findings) {
+fn check_unit(data: &Data, accessor: usize, with_sign: bool, place: &str, findings: &mut Findings) {
     if !data.has_values(accessor) {
         return;
     }
@@ -139,7 +139,7 @@ fn check_unit(data: &Data<'_>, accessor: usize, with_sign: bool, place: &str, fi
     }
 }
 
-fn check_colors(data: &Data<'_>, accessor: usize, place: &str, findings: &mut Findings) {
+fn check_colors(data: &Data, accessor: usize, place: &str, findings: &mut Findings) {
     let is_float = data.accessor(accessor).is_some_and(|a| a.component == Component::F32);
     if !is_float || !data.has_values(accessor) {
         return;
@@ -153,7 +153,7 @@ fn check_colors(data: &Data<'_>, accessor: usize, place: &str, findings: &mut Fi
 
 /// Joints exist and stand once at a vertex; weights are not negative and add up to 1.
 fn check_influences(
-    data: &Data<'_>,
+    data: &Data,
     primitive: &Json<'_>,
     joints: Option<(usize, usize)>,
     place: &str,

@@ -10,7 +10,7 @@ use crate::gltf::model::{Accessor, Component, Shape};
 
 struct Checker<'a> {
     root: &'a Json<'a>,
-    data: &'a Data<'a>,
+    data: &'a Data,
     usages: &'a mut Usages,
     findings: &'a mut Findings,
     quantized: bool,
@@ -19,7 +19,7 @@ struct Checker<'a> {
 }
 
 /// Checks all meshes.
-pub(super) fn check(root: &Json<'_>, data: &Data<'_>, usages: &mut Usages, findings: &mut Findings) {
+pub(super) fn check(root: &Json<'_>, data: &Data, usages: &mut Usages, findings: &mut Findings) {
     let quantized = root.list("extensionsUsed").iter().any(|e| e.text() == Some("KHR_mesh_quantization"));
     let needed_uvs = root.list("materials").iter().map(needed_uvs).collect();
     let mut checker = Checker { root, data, usages, findings, quantized, needed_uvs };

@@ -26,7 +26,7 @@ pub(super) fn check_schema(root: &Json<'_>, findings: &mut Findings) {
 }
 
 /// Checks what the parts of a document say about each other.
-pub(super) fn check_rules(root: &Json<'_>, data: &Data<'_>, findings: &mut Findings) {
+pub(super) fn check_rules(root: &Json<'_>, data: &Data, findings: &mut Findings) {
     let lengths = layout::buffer_lengths(root);
     layout::check_views(root, data, &lengths, findings);
     layout::check_accessors(root, data, findings);
@@ -39,7 +39,7 @@ pub(super) fn check_rules(root: &Json<'_>, data: &Data<'_>, findings: &mut Findi
 }
 
 /// Checks the values that accessors hold.
-pub(super) fn check_data(root: &Json<'_>, data: &Data<'_>, findings: &mut Findings) {
+pub(super) fn check_data(root: &Json<'_>, data: &Data, findings: &mut Findings) {
     data::check(root, data, findings);
     mesh_data::check(root, data, findings);
     skins::check_data(root, data, findings);

@@ -5,7 +5,7 @@ use crate::gltf::findings::Findings;
 use crate::gltf::json::Json;
 
 /// Checks them all.
-pub(super) fn check(root: &Json<'_>, data: &Data<'_>, findings: &mut Findings) {
+pub(super) fn check(root: &Json<'_>, data: &Data, findings: &mut Findings) {
     for (i, camera) in root.list("cameras").iter().enumerate() {
         check_camera(camera, &format!("/cameras/{i}"), findings);
     }
@@ -60,7 +60,7 @@ fn check_camera(camera: &Json<'_>, place: &str, findings: &mut Findings) {
     }
 }
 
-fn check_image(image: &Json<'_>, data: &Data<'_>, place: &str, findings: &mut Findings) {
+fn check_image(image: &Json<'_>, data: &Data, place: &str, findings: &mut Findings) {
     if !matches!(image, Json::Object(_)) {
         return;
     }

@@ -8,7 +8,7 @@ use crate::gltf::json::Json;
 use crate::gltf::model::{Component, Shape};
 
 /// Checks all skins, and the nodes that use them.
-pub(super) fn check(root: &Json<'_>, data: &Data<'_>, usages: &mut Usages, findings: &mut Findings) {
+pub(super) fn check(root: &Json<'_>, data: &Data, usages: &mut Usages, findings: &mut Findings) {
     let graph = Graph::new(root);
     let tops = graph.tops();
     for (i, skin) in root.list("skins").iter().enumerate() {
@@ -52,13 +52,7 @@ fn check_joints(
     }
 }
 
-fn check_matrices(
-    skin: &Json<'_>,
-    data: &Data<'_>,
-    usages: &mut Usages,
-    place: &str,
-    findings: &mut Findings,
-) {
+fn check_matrices(skin: &Json<'_>, data: &Data, usages: &mut Usages, place: &str, findings: &mut Findings) {
     let Some(index) = skin.index("inverseBindMatrices") else { return };
     let Some(accessor) = data.accessor(index) else { return };
     usages.note(index, accessor, Usage::InverseBindMatrices, place, findings);
@@ -98,7 +92,7 @@ fn check_ignored_transforms(root: &Json<'_>, graph: &Graph, findings: &mut Findi
 }
 
 /// The last row of inverse bind matrices is (0, 0, 0, 1).
-pub(super) fn check_data(root: &Json<'_>, data: &Data<'_>, findings: &mut Findings) {
+pub(super) fn check_data(root: &Json<'_>, data: &Data, findings: &mut Findings) {
     for (i, skin) in root.list("skins").iter().enumerate() {
         let accessor = skin.index("inverseBindMatrices").filter(|&a| data.has_values(a));
         let matrices = accessor.and_then(|a| data.floats::<16>(a, 0.0).ok());

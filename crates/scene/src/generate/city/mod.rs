@@ -45,7 +45,7 @@ pub(super) fn city(options: &GenerateOptions) -> SceneStream {
     let pieces = groups(&counts).into_iter().flat_map(move |group| {
         let placed = empty.clone().laid_out(group, seed).placed;
         let pieces = placed.into_iter().zip(meshes.by_ref());
-        pieces.map(|(instances, mesh)| Ok(Piece { mesh, instances })).collect::<Vec<_>>()
+        pieces.map(|(instances, mesh)| Ok(Piece { mesh, instances, ..Piece::default() })).collect::<Vec<_>>()
     });
     SceneStream { desc, pieces: Box::new(pieces), triangles: Some(unique), rows: Vec::new() }
 }

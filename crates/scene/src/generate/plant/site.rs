@@ -65,7 +65,8 @@ pub(super) fn site(triangles: u64, options: &GenerateOptions) -> SceneStream {
         let budget = triangles * (number + 1) / layout.units - triangles * number / layout.units;
         let mesh = unit(&f, budget as usize, &root.part(number));
         let world_from_object = Affine3::from_translation(layout.middle(number));
-        Ok(Piece { mesh, instances: vec![PieceInstance { world_from_object, name: unit_name }] })
+        let instances = vec![PieceInstance { world_from_object, name: unit_name }];
+        Ok(Piece { mesh, instances, ..Piece::default() })
     });
     SceneStream { pieces: Box::new(ground.pieces.chain(units)), triangles: Some(triangles), ..ground }
 }

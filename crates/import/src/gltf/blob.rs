@@ -1,0 +1,136 @@
+//! Bytes of a file or of a part of it, in memory or read when they are needed.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+/// Files of at most so many bytes are kept in memory.
+pub(super) const MOST_IN_MEMORY: u64 = 1 << 20;
+
+/// A run of bytes; copies of it share them.
+#[derive(Clone, Debug)]
+pub(super) struct Blob {
+    place: Place,
+    range: Range<u64>,
+}
+
+#[derive(Clone, Debug)]
+enum Place {
+    Memory(Arc<Vec<u8>>),
+    File(Arc<Mutex<File>>),
+}
+
+impl From<Vec<u8>> for Blob {
+    fn from(bytes: Vec<u8>) -> Self {
+        let range = 0..bytes.len() as u64;
+        Self { place: Place::Memory(Arc::new(bytes)), range }
+    }
+}
+
+impl Blob {
+    /// A regular file of at most `limit` bytes, which stays on disk if it has more than `in_memory`.
+    pub(super) fn open(path: &Path, limit: u64, in_memory: u64) -> Result<Self> {
+        let (mut file, length) = open_file(path, limit)?;
+        if length > in_memory {
+            return Ok(Self { place: Place::File(Arc::new(Mutex::new(file))), range: 0..length });
+        }
+        read_exactly(&mut file, length as usize).map(Self::from)
+    }
+
+    /// Number of bytes.
+    pub(super) fn len(&self) -> u64 {
+        self.range.end - self.range.start
+    }
+
+    /// A part; `None` if it is not within this one.
+    pub(super) fn part(&self, start: u64, length: u64) -> Option<Self> {
+        let start = self.range.start.checked_add(start)?;
+        let end = start.checked_add(length).filter(|&end| end <= self.range.end)?;
+        Some(Self { place: self.place.clone(), range: start..end })
+    }
+
+    /// Some of the bytes.
+    ///
+    /// # Errors
+    /// They are not there, the file cannot be read, or there is no memory for them.
+    pub(super) fn read(&self, start: u64, length: u64) -> Result<Cow<'_, [u8]>> {
+        let Some(Self { range, .. }) = self.part(start, length) else {
+            return Err(ErrorKind::UnexpectedEof.into());
+        };
+        match &self.place {
+            Place::Memory(bytes) => {
+                let bytes = bytes.get(range.start as usize..range.end as usize);
+                bytes.map(Cow::Borrowed).ok_or_else(|| ErrorKind::UnexpectedEof.into())
+            }
+            Place::File(file) => {
+                let mut file = file.lock().map_err(|_| Error::other("a reader of the file failed"))?;
+                file.seek(SeekFrom::Start(range.start))?;
+                read_exactly(&mut file, length as usize).map(Cow::Owned)
+            }
+        }
+    }
+
+    /// All bytes.
+    ///
+    /// # Errors
+    /// Those of [`read`](Self::read).
+    pub(super) fn bytes(&self) -> Result<Cow<'_, [u8]>> {
+        self.read(0, self.len())
+    }
+}
+
+/// The bytes of a regular file of at most `limit`.
+pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    let (mut file, length) = open_file(path, limit)?;
+    read_exactly(&mut file, length as usize)
+}
+
+fn open_file(path: &Path, limit: u64) -> Result<(File, u64)> {
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    let length = metadata.len();
+    if !metadata.is_file() {
+        return Err(Error::other("it is no regular file"));
+    }
+    if length > limit {
+        return Err(Error::other(format!("{length} bytes are more than the limit of {limit}")));
+    }
+    Ok((file, length))
+}
+
+fn read_exactly(file: &mut File, length: usize) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    bytes.try_reserve_exact(length)?;
+    file.take(length as u64).read_to_end(&mut bytes)?;
+    if bytes.len() < length { Err(ErrorKind::UnexpectedEof.into()) } else { Ok(bytes) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_on_disk_is_read_as_one_in_memory() {
+        let path = std::env::temp_dir().join(format!("vastlight-blob-{}", std::process::id()));
+        let bytes: Vec<u8> = (0..200).collect();
+        std::fs::write(&path, &bytes).expect("written");
+        assert!(Blob::open(&path, 199, 0).is_err() && Blob::open(Path::new("/"), 1 << 20, 0).is_err());
+        let blobs = [0, 1000].map(|most| Blob::open(&path, 200, most).expect("opened"));
+        for blob in blobs {
+            let part = blob.part(50, 100).expect("a part").part(10, 20).expect("a part of it");
+            assert_eq!((blob.len(), part.len()), (200, 20));
+            assert_eq!(&*blob.bytes().expect("read"), &bytes);
+            assert_eq!(&*part.bytes().expect("read"), &bytes[60..80]);
+            assert_eq!(&*part.read(5, 3).expect("read"), &bytes[65..68]);
+            assert!(part.part(10, 11).is_none() && part.part(u64::MAX, 2).is_none());
+            assert!(part.read(20, 1).is_err());
+        }
+        let cut = Blob::open(&path, 200, 0).expect("opened");
+        std::fs::write(&path, &bytes[..100]).expect("written");
+        assert!(cut.read(90, 20).is_err() && cut.read(80, 20).is_ok());
+        std::fs::remove_file(&path).expect("removed");
+    }
+}

@@ -1,0 +1,102 @@
+//! A scene mesh by mesh: tables and images first, and each mesh when it is asked for.
+
+use super::findings::Findings;
+use super::json::{self, Json};
+use super::mesh::{self, Shape};
+use super::model::Accessor;
+use super::topology::Mode;
+use super::{Parsed, container, meshopt, open, parse};
+use crate::{FileSize, ImportError, LoadOptions, Streamed};
+use std::path::Path;
+use vastlight_scene::{Diagnostics, Mesh, Piece, SceneError, SceneStream, read_ahead};
+
+/// Meshes that are made before they are asked for.
+const AHEAD: usize = 2;
+/// Bytes of a parsed document for each byte of its text.
+const TREE: u64 = 4;
+
+/// The scene of [`super::load`], mesh by mesh.
+///
+/// # Errors
+/// The file cannot be read.
+pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportError> {
+    let file = open(path, options)?;
+    let mut findings = Findings::default();
+    let place = path.display().to_string();
+    let parsed = parse(&file, path, options, &mut findings);
+    let Some(Parsed { mut desc, shapes, context }) = parsed else {
+        let mut desc = vastlight_scene::SceneDesc::default();
+        findings.report(&place, &mut desc.diagnostics);
+        return Ok(Streamed { stream: desc.into(), large: Vec::new() });
+    };
+    findings.report(&place, &mut desc.diagnostics);
+    let count = |shape: &Shape| triangles(&context.meshes[shape.mesh], |index| context.data.accessor(index));
+    let triangles = shapes.iter().map(count).sum();
+    desc.meshes = vec![Mesh::default(); shapes.len()];
+    let SceneStream { desc, pieces: placements, .. } = desc.into();
+    let make = move |(shape, placed): (Shape, Result<Piece, SceneError>)| {
+        let (mesh, found) = mesh::build(&context, &shape);
+        let mut diagnostics = Diagnostics::default();
+        found.report(&place, &mut diagnostics);
+        match diagnostics.first_error() {
+            Some(error) => Err(error.clone().into()),
+            None => Ok(Piece { mesh, diagnostics: diagnostics.items().to_vec(), ..placed? }),
+        }
+    };
+    let pieces = read_ahead(shapes.into_iter().zip(placements), AHEAD, make);
+    let stream = SceneStream { desc, pieces, triangles: Some(triangles), rows: Vec::new() };
+    Ok(Streamed { stream, large: Vec::new() })
+}
+
+/// Triangles of a mesh as its accessors say.
+fn triangles<'a>(mesh: &Json<'_>, accessor: impl Fn(usize) -> Option<&'a Accessor>) -> u64 {
+    let of_primitive = |primitive: &Json<'_>| {
+        let list = primitive.index("indices").or_else(|| primitive.at("attributes").index("POSITION"));
+        let corners = list.and_then(&accessor).map_or(0, |accessor| accessor.count);
+        match Mode::from_code(primitive.index("mode")) {
+            Mode::Triangles => corners as u64 / 3,
+            Mode::Strip | Mode::Fan => (corners as u64).saturating_sub(2),
+            Mode::NoSurface(_) => 0,
+        }
+    };
+    mesh.list("primitives").iter().map(of_primitive).sum()
+}
+
+/// What a file's text says of its size: [`stream`] holds the document, what is decompressed as a whole, and the meshes
+/// that are on their way.
+///
+/// # Errors
+/// The file cannot be read.
+pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportError> {
+    let file = open(path, options)?;
+    // What is wrong with the file is found when it is read.
+    let Some(container) = container::split(&file, false, &mut Findings::default()) else {
+        return Ok(FileSize::default());
+    };
+    let text = container.json.bytes().map_err(|error| ImportError::io(&error, path))?;
+    let root = json::parse(&text).unwrap_or(Json::Null);
+    let accessors: Vec<Option<Accessor>> = root.list("accessors").iter().map(Accessor::read).collect();
+    let meshes = root.list("meshes").iter().map(|mesh| mesh_bytes(mesh, &accessors));
+    let (largest, all) = meshes
+        .fold((0, 0), |(largest, all): (u64, u64), bytes| (largest.max(bytes), all.saturating_add(bytes)));
+    let under_way = largest.saturating_mul(AHEAD as u64 + 1).min(all);
+    let document = (text.len() as u64).saturating_mul(TREE);
+    let streaming_bytes = document.saturating_add(under_way).saturating_add(meshopt::decoded_bytes(&root));
+    let count = |mesh| triangles(mesh, |index| accessors.get(index)?.as_ref());
+    Ok(FileSize { streaming_bytes, triangles: root.list("meshes").iter().map(count).sum() })
+}
+
+/// Bytes of a mesh while it is made: its data as it stands in the file, and as it is used.
+fn mesh_bytes(mesh: &Json<'_>, accessors: &[Option<Accessor>]) -> u64 {
+    let of_accessor = |index: Option<usize>| {
+        let accessor = index.and_then(|index| accessors.get(index)?.as_ref());
+        let element = |a: &Accessor| a.element_size() as u64 + 4 * a.shape.components() as u64;
+        accessor.map_or(0, |a| element(a).saturating_mul(a.count as u64))
+    };
+    let of_primitive = |primitive: &Json<'_>| {
+        let attributes = primitive.at("attributes").members().iter().map(|(_, value)| value.integer());
+        let used = attributes.chain([primitive.index("indices")]);
+        used.fold(0_u64, |sum, index| sum.saturating_add(of_accessor(index)))
+    };
+    mesh.list("primitives").iter().fold(0, |sum: u64, p| sum.saturating_add(of_primitive(p)))
+}

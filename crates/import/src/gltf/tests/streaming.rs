@@ -1,0 +1,93 @@
+//! Scenes mesh by mesh against the same as a whole, from memory and from disk.
+
+use super::builder::{Builder, load_bytes};
+use crate::gltf::{self, blob::MOST_IN_MEMORY};
+use crate::{LoadOptions, Streamed};
+use serde_json::json;
+use vastlight_scene::{SceneDesc, SceneStream};
+
+/// Meshes of different size, some placed several times, and one without a surface.
+fn many_meshes(vertices: usize) -> Builder {
+    let mut file = Builder::new();
+    for number in 0..5 {
+        let count = vertices / (number + 1);
+        let positions: Vec<[f32; 3]> =
+            (0..count).map(|i| [i as f32, (i * i % 97) as f32, number as f32]).collect();
+        let indices: Vec<u16> = (0..3 * count).map(|i| (i * 7 % count) as u16).collect();
+        let (positions, indices) = (file.positions(&positions), file.indices(&indices));
+        let mode = if number == 3 { 1 } else { 4 };
+        file.mesh(json!([{"attributes": {"POSITION": positions}, "indices": indices, "mode": mode}]));
+    }
+    for node in 0..12 {
+        let name = format!("node {node}");
+        file.node(json!({"mesh": node * 7 % 5, "translation": [node, 0, 0], "name": name}));
+    }
+    file
+}
+
+fn collected(streamed: Streamed) -> SceneDesc {
+    assert!(streamed.large.is_empty());
+    streamed.stream.collect().expect("sound")
+}
+
+#[test]
+fn a_file_on_disk_is_the_same_mesh_by_mesh() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for vertices in [100, 60_000] {
+        let glb = many_meshes(vertices).glb();
+        assert_eq!(glb.len() as u64 > MOST_IN_MEMORY, vertices > 100);
+        let path = folder.path().join("test.glb");
+        std::fs::write(&path, &glb).expect("written");
+        let options = LoadOptions::default();
+        let whole = load_bytes(&glb, &options);
+        assert_eq!((whole.meshes.len(), whole.diagnostics.first_error()), (5, None));
+        let from_disk = gltf::load(&path, &options).expect("read");
+        assert_eq!(from_disk.meshes, whole.meshes);
+        assert_eq!(from_disk.diagnostics.items().len(), whole.diagnostics.items().len());
+        let expected = SceneStream::from(whole).collect().expect("sound");
+        let streamed = gltf::stream(&path, &options).expect("read");
+        let triangles: usize = expected.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+        assert_eq!(streamed.stream.triangles, Some(triangles as u64));
+        assert_eq!(gltf::file_size(&path, &options).expect("read").triangles, triangles as u64);
+        let found = collected(streamed);
+        assert_eq!(found.meshes, expected.meshes);
+        assert_eq!(found.instances, expected.instances);
+        assert_eq!(found.names, expected.names);
+        assert_eq!(found.diagnostics.items().len(), expected.diagnostics.items().len());
+    }
+}
+
+#[test]
+fn pieces_can_be_passed_over() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("test.glb");
+    std::fs::write(&path, many_meshes(100).glb()).expect("written");
+    let all = collected(gltf::stream(&path, &LoadOptions::default()).expect("read"));
+    let mut pieces = gltf::stream(&path, &LoadOptions::default()).expect("read").stream.pieces;
+    let third = pieces.nth(2).expect("a piece").expect("sound");
+    assert_eq!(third.mesh, all.meshes[2]);
+    assert_eq!(third.instances.len(), all.instances.iter().filter(|i| i.mesh == 2).count());
+}
+
+#[test]
+fn a_file_that_is_cut_off_while_it_is_read_is_an_error_of_its_mesh() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("test.glb");
+    let glb = many_meshes(60_000).glb();
+    std::fs::write(&path, &glb).expect("written");
+    let mut pieces = gltf::stream(&path, &LoadOptions::default()).expect("read").stream.pieces;
+    std::fs::write(&path, &glb[..glb.len() / 2]).expect("written");
+    let error = pieces.find_map(Result::err).expect("an error");
+    assert!(error.to_string().contains("cannot be read"), "{error}");
+}
+
+#[test]
+fn what_is_wrong_with_a_file_is_said_before_its_meshes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("test.glb");
+    let mut file = many_meshes(100);
+    file.json["meshes"][1]["primitives"][0]["indices"] = json!(77);
+    std::fs::write(&path, file.glb()).expect("written");
+    let streamed = gltf::stream(&path, &LoadOptions::default()).expect("read");
+    assert!(streamed.stream.desc.diagnostics.first_error().is_some());
+}
