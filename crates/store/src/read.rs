@@ -133,13 +133,14 @@ impl<'s> StoreFile<'s> {
         if header.magic != MAGIC {
             return Err(damaged("it does not start as a store does"));
         }
+        if header.crc32 != header_crc32(&header) {
+            return Err(damaged("the header is damaged"));
+        }
         if header.version != VERSION {
             let what =
                 format!("the store has version {}, this is a reader of version {VERSION}", header.version);
-            return Err(damaged(&what));
-        }
-        if header.crc32 != header_crc32(&header) {
-            return Err(damaged("the header is damaged"));
+            let hint = "pack the scene again with this version";
+            return Err(StoreError { hint, ..damaged(&what) });
         }
         if header.bytes != bytes {
             let what = format!("it has {bytes} bytes and should have {}", header.bytes);

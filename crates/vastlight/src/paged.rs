@@ -12,7 +12,7 @@ use vastlight_transport::{Evaluated, PagedGeometry};
 /// Bytes of a path on its way through pages: its ray, hit, corners and their attributes, and what it casts.
 const PATH_BYTES: u64 = 1700;
 /// Paths of a batch.
-const PATHS: std::ops::RangeInclusive<u64> = 1 << 11..=1 << 16;
+const PATHS: std::ops::RangeInclusive<u64> = 1 << 11..=1 << 18;
 /// The part of the memory that paths get.
 const PATHS_SHARE: u64 = 6;
 /// Bytes of the material of a hit whose textures are in tiles.

@@ -193,8 +193,8 @@ fn millis(duration: Duration) -> f64 {
 /// Edge of the film's tiles: large for long batches, smaller where threads would wait for each other. Paths through pages go
 /// in longer ones.
 fn tile_size(pixels: u64, threads: usize, paged: bool) -> u32 {
-    let (sizes, each) = if paged { ([256, 128, 64, 32], 3) } else { ([64, 64, 64, 32], 8) };
-    sizes.into_iter().find(|&n| pixels / u64::from(n * n) >= each * threads as u64).unwrap_or(16)
+    let (sizes, each): (&[u32], _) = if paged { (&[384, 256, 128, 64, 32], 1) } else { (&[64, 32], 8) };
+    sizes.iter().copied().find(|&n| pixels / u64::from(n * n) >= each * threads as u64).unwrap_or(16)
 }
 
 fn film_settings(request: &RenderRequest, paged: bool) -> FilmSettings {
