@@ -7,6 +7,7 @@ use crate::interrupt;
 use clap::Args;
 use serde_json::json;
 use std::time::Instant;
+use vastlight::trace::Layout;
 use vastlight::{Control, Error, peak_rss_bytes};
 
 /// Render without writing: samples a second, and the time from process start to the first whole picture
@@ -19,6 +20,9 @@ pub(crate) struct Path {
     /// Times it is rendered; the best rate and the first process's first picture count
     #[arg(long, value_name = "N", default_value_t = 1)]
     repeat: u32,
+    /// How meshes lie in memory: compact is what a store has
+    #[arg(long, value_name = "NAME", default_value = Layout::NAMES[0], value_parser = Layout::NAMES)]
+    layout: String,
 }
 
 pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<Exit, Error> {
@@ -27,6 +31,7 @@ pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<E
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let mut request = arguments.picture.request(&open.scene, Vec::new())?;
     request.paging.memory = common.memory;
+    request.tracer.layout = Layout::from_name(&arguments.layout).unwrap_or_default();
     check_request(&open, &request, common)?;
     let control = Control { cancel, progress: &|_| {} };
     let first = vastlight::render(&open, &request, &control)?.stats;
