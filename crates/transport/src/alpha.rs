@@ -9,6 +9,7 @@ use crate::veil::Veils;
 use crate::wavefront::Context;
 use vastlight_math::rng::hash_to_unit;
 use vastlight_paging::Table;
+use vastlight_store::MOST_FLOATS;
 use vastlight_trace::paged::{Found, PagedFilter, Verdict};
 use vastlight_trace::{Hit, HitFilter};
 
@@ -48,7 +49,8 @@ impl PagedFilter for AlphaFilter<'_> {
         if !self.veils(hit).alpha {
             return Verdict::Counts;
         }
-        match self.context.corners(hit, found, attributes) {
+        let mut records = [0.0; MOST_FLOATS];
+        match self.context.corners(hit, found, attributes, &mut records) {
             Ok(corners) if self.is_there(ray, hit, &corners) => Verdict::Counts,
             Ok(_) => Verdict::Passes,
             Err(page) => Verdict::Unknown(page),

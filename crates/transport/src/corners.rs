@@ -2,7 +2,7 @@
 
 use vastlight_math::{Vec2, Vec3, Vec4};
 use vastlight_scene::Mesh;
-use vastlight_store::{AttributeLayout, MOST_FLOATS};
+use vastlight_store::AttributeLayout;
 use vastlight_trace::Hit;
 
 /// The corners of a triangle in its mesh's space. What the mesh has not is `None`.
@@ -61,14 +61,14 @@ impl Corners for MeshCorners<'_> {
 
 /// Corners that were found in pages.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PageCorners {
+pub(crate) struct PageCorners<'r> {
     pub(crate) points: [Vec3; 3],
     pub(crate) layout: AttributeLayout,
     /// Three records of the layout.
-    pub(crate) records: [f32; MOST_FLOATS],
+    pub(crate) records: &'r [f32],
 }
 
-impl PageCorners {
+impl PageCorners<'_> {
     /// The three values that stand at `at` in the records.
     #[inline]
     fn of<const N: usize, T>(&self, at: usize, value: impl Fn([f32; N]) -> T) -> [T; 3] {
@@ -77,7 +77,7 @@ impl PageCorners {
     }
 }
 
-impl Corners for PageCorners {
+impl Corners for PageCorners<'_> {
     #[inline]
     fn points(&self) -> [Vec3; 3] {
         self.points

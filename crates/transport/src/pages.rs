@@ -27,6 +27,13 @@ pub struct PagedGeometry<'a> {
     pub wave_paths: u64,
 }
 
+impl PagedGeometry<'_> {
+    /// Most floats of the attributes of a triangle.
+    fn floats_of_hit(&self) -> usize {
+        3 * self.layouts.iter().map(|layout| layout.floats()).max().unwrap_or(0)
+    }
+}
+
 /// Why a scene in pages cannot be rendered.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PagesError {
@@ -49,33 +56,39 @@ pub enum PagesError {
 }
 
 impl Context<'_> {
-    /// The corners of a triangle that was found in a page; an error with the page of attributes that is not in memory.
-    pub(crate) fn corners(&self, hit: &Hit, found: &Found, attributes: &Table) -> Result<PageCorners, u32> {
-        let mut corners = self.bare_corners(hit, found);
-        if let Some((page, number)) = self.attributes_at(&corners, found) {
+    /// The corners of a triangle that was found in a page, with their attributes in `records`; an error with the page of
+    /// attributes that is not in memory.
+    pub(crate) fn corners<'r>(
+        &self,
+        hit: &Hit,
+        found: &Found,
+        attributes: &Table,
+        records: &'r mut [f32; MOST_FLOATS],
+    ) -> Result<PageCorners<'r>, u32> {
+        let layout = self.layout_of(hit);
+        if let Some((page, number)) = self.attributes_at(layout, found) {
             let bytes = attributes.page(page).ok_or(page)?;
-            read_corners(bytes, corners.layout, number, &mut corners.records);
+            read_corners(bytes, layout, number, records);
         }
-        Ok(corners)
+        Ok(PageCorners { points: found.corners, layout, records })
     }
 
-    /// The same without attributes.
-    fn bare_corners(&self, hit: &Hit, found: &Found) -> PageCorners {
+    /// Which attributes the mesh has that was hit.
+    fn layout_of(&self, hit: &Hit) -> AttributeLayout {
         let mesh = self.scene.instances().get(hit.instance as usize).map_or(0, |i| i.mesh as usize);
-        let layout = self.pages.and_then(|pages| pages.layouts.get(mesh)).copied().unwrap_or_default();
-        PageCorners { points: found.corners, layout, records: [0.0; MOST_FLOATS] }
+        self.pages.and_then(|pages| pages.layouts.get(mesh)).copied().unwrap_or_default()
     }
 
     /// The page with the attributes of a triangle, and its number there.
-    fn attributes_at(&self, corners: &PageCorners, found: &Found) -> Option<(u32, usize)> {
-        if corners.layout.floats() == 0 { None } else { self.pages?.index.find(found.page, found.place) }
+    fn attributes_at(&self, layout: AttributeLayout, found: &Found) -> Option<(u32, usize)> {
+        if layout.floats() == 0 { None } else { self.pages?.index.find(found.page, found.place) }
     }
 }
 
 /// What is known of a triangle that was hit in a page.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PageHit<'a> {
-    pub(crate) corners: &'a PageCorners,
+    pub(crate) corners: PageCorners<'a>,
     /// The material there, where its textures are in tiles.
     pub(crate) evaluated: Option<&'a Evaluated>,
 }
@@ -83,7 +96,8 @@ pub(crate) struct PageHit<'a> {
 /// What is known of the hits of a stage, by ray.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PageHits<'a> {
-    corners: &'a [PageCorners],
+    found: &'a [Found],
+    gathered: &'a Gathered,
     /// Empty where no texture is in tiles.
     evaluated: &'a [Option<Evaluated>],
 }
@@ -92,7 +106,38 @@ impl<'a> PageHits<'a> {
     #[inline]
     pub(crate) fn at(&self, ray: usize) -> PageHit<'a> {
         let evaluated = self.evaluated.get(ray).and_then(Option::as_ref);
-        PageHit { corners: &self.corners[ray], evaluated }
+        PageHit { corners: self.gathered.at(ray, &self.found[ray]), evaluated }
+    }
+}
+
+/// The attributes of what rays hit.
+#[derive(Debug, Default)]
+struct Gathered {
+    /// By ray.
+    layouts: Vec<AttributeLayout>,
+    /// So many for each ray: three records of its layout, then nothing.
+    records: Vec<f32>,
+    each: usize,
+}
+
+impl Gathered {
+    /// Nothing yet, for hits of these layouts.
+    fn clear(&mut self, layouts: impl Iterator<Item = AttributeLayout>) {
+        self.layouts.clear();
+        self.layouts.extend(layouts);
+        self.records.clear();
+        self.records.resize(self.layouts.len() * self.each, 0.0);
+    }
+
+    #[inline]
+    fn at(&self, ray: usize, found: &Found) -> PageCorners<'_> {
+        let records = &self.records[ray * self.each..(ray + 1) * self.each];
+        PageCorners { points: found.corners, layout: self.layouts[ray], records }
+    }
+
+    /// The layout of a ray's hit, and room for its records.
+    fn room(&mut self, ray: usize) -> (AttributeLayout, &mut [f32]) {
+        (self.layouts[ray], &mut self.records[ray * self.each..(ray + 1) * self.each])
     }
 }
 
@@ -104,8 +149,7 @@ pub(crate) struct PageWalk {
     tile_quota: usize,
     batch: PagedBatch,
     found: Vec<Found>,
-    /// By ray.
-    corners: Vec<PageCorners>,
+    gathered: Gathered,
     /// Rays whose attributes are not in memory, and pages of these.
     waiting: Vec<u32>,
     wanted: Vec<u32>,
@@ -119,7 +163,8 @@ impl PageWalk {
     ///
     /// # Errors
     /// If the caches serve no more batches, or there is no room for the tiles that a material needs.
-    pub(crate) fn new(caches: &Caches, materials: &MaterialTable<'_>) -> Result<Self, PagesError> {
+    pub(crate) fn new(pages: &PagedGeometry<'_>, materials: &MaterialTable<'_>) -> Result<Self, PagesError> {
+        let caches = pages.caches;
         let needed = materials.most_tiles();
         let tile_quota = caches.tiles.as_ref().map_or(0, |tiles| tiles.config().quota());
         if tile_quota < needed {
@@ -132,7 +177,7 @@ impl PageWalk {
             tile_time: Duration::ZERO,
             batch: PagedBatch::default(),
             found: Vec::new(),
-            corners: Vec::new(),
+            gathered: Gathered { each: pages.floats_of_hit(), ..Gathered::default() },
             waiting: Vec::new(),
             wanted: Vec::new(),
         })
@@ -145,7 +190,7 @@ impl PageWalk {
 
     /// What is known of the hits of the last call of [`PageWalk::closest`].
     pub(crate) fn hits(&self) -> PageHits<'_> {
-        PageHits { corners: &self.corners, evaluated: &self.evaluated }
+        PageHits { found: &self.found, gathered: &self.gathered, evaluated: &self.evaluated }
     }
 
     /// The closest hits, the corners of the triangles that were hit, and their materials.
@@ -182,9 +227,7 @@ impl PageWalk {
 
     /// Finds the corners of all triangles that were hit, page by page.
     fn gather(&mut self, context: &Context<'_>, hits: &[Hit]) -> Result<(), PageError> {
-        self.corners.clear();
-        self.corners
-            .extend(hits.iter().zip(&self.found).map(|(hit, found)| context.bare_corners(hit, found)));
+        self.gathered.clear(hits.iter().map(|hit| context.layout_of(hit)));
         self.waiting.clear();
         self.waiting.extend((0..hits.len() as u32).filter(|&i| hits[i as usize].is_hit()));
         self.wanted.clear();
@@ -201,18 +244,20 @@ impl PageWalk {
 
     /// Copies what is in memory, and collects the pages that are not.
     fn gather_present(&mut self, context: &Context<'_>) {
-        let Self { pager, found, corners, waiting, wanted, .. } = self;
+        let Self { pager, found, gathered, waiting, wanted, .. } = self;
         wanted.clear();
         let table = pager.attributes();
         waiting.retain(|&i| {
-            let (found, corners) = (&found[i as usize], &mut corners[i as usize]);
-            let Some((page, number)) = context.attributes_at(corners, found) else { return false };
+            let (layout, records) = gathered.room(i as usize);
+            let Some((page, number)) = context.attributes_at(layout, &found[i as usize]) else {
+                return false;
+            };
             let Some(bytes) = table.page(page) else {
                 wanted.push(page);
                 return true;
             };
             pager.uses_attributes(page);
-            read_corners(bytes, corners.layout, number, &mut corners.records);
+            read_corners(bytes, layout, number, records);
             false
         });
         // The first that waits gets on, so that waiting ends.
@@ -245,7 +290,7 @@ impl PageWalk {
             |&i: &u32| hits[i as usize].is_hit() && materials.is_in_tiles(material_of(&hits[i as usize]));
         self.waiting.clear();
         self.waiting.extend((0..hits.len() as u32).filter(in_tiles));
-        let evaluate = |i: usize, corners: &PageCorners, access: &mut TileAccess<'_>| {
+        let evaluate = |i: usize, corners: &PageCorners<'_>, access: &mut TileAccess<'_>| {
             let (hit, ray) = (&hits[i], &rays[i]);
             let material = material_of(hit);
             let uv_sets = materials.uv_sets(material);
@@ -268,9 +313,9 @@ impl PageWalk {
     /// Evaluates what it can, and collects the tiles that are not in memory, no more than a fetch brings.
     fn evaluate_present(
         &mut self,
-        evaluate: &impl Fn(usize, &PageCorners, &mut TileAccess<'_>) -> Evaluated,
+        evaluate: &impl Fn(usize, &PageCorners<'_>, &mut TileAccess<'_>) -> Evaluated,
     ) {
-        let Self { pager, corners, waiting, wanted, evaluated, tile_quota, .. } = self;
+        let Self { pager, found, gathered, waiting, wanted, evaluated, tile_quota, .. } = self;
         wanted.clear();
         let (table, mut touched, mut asked) = (pager.tiles(), Vec::new(), HashSet::new());
         waiting.retain(|&i| {
@@ -279,7 +324,7 @@ impl PageWalk {
                 return true;
             }
             let mut access = TileAccess::new(&table, &mut touched);
-            let found = evaluate(i, &corners[i], &mut access);
+            let result = evaluate(i, &gathered.at(i, &found[i]), &mut access);
             if access.is_missing() {
                 // Of the first all, so that they stay; of others what is missing.
                 let first = wanted.is_empty();
@@ -288,7 +333,7 @@ impl PageWalk {
                 return true;
             }
             touched.iter().for_each(|&tile| pager.uses_tile(tile));
-            evaluated[i] = Some(found);
+            evaluated[i] = Some(result);
             false
         });
     }

@@ -18,6 +18,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use vastlight_math::rng::hash_to_unit;
 use vastlight_math::{Ray, Vec3};
 use vastlight_paging::Table;
+use vastlight_store::MOST_FLOATS;
 use vastlight_trace::paged::{Found, PagedFilter, Verdict};
 use vastlight_trace::{Hit, HitFilter};
 
@@ -35,7 +36,7 @@ pub(crate) struct ShadowFilter<'a> {
 
 impl ShadowFilter<'_> {
     /// The channels that the pane at a hit blocks.
-    fn blocks(&self, ray: usize, hit: &Hit, corners: Option<&PageCorners>) -> u8 {
+    fn blocks(&self, ray: usize, hit: &Hit, corners: Option<PageCorners<'_>>) -> u8 {
         // The textures of panes are in memory.
         let page = corners.map(|corners| PageHit { corners, evaluated: None });
         let (mut own_material, mut own_bsdf) = (None, None);
@@ -75,12 +76,13 @@ impl PagedFilter for ShadowFilter<'_> {
         if veils == Veils::default() {
             return Verdict::Counts;
         }
-        let corners = match self.alpha.context.corners(hit, found, attributes) {
+        let mut records = [0.0; MOST_FLOATS];
+        let corners = match self.alpha.context.corners(hit, found, attributes, &mut records) {
             Ok(corners) => corners,
             Err(page) => return Verdict::Unknown(page),
         };
         let passes = veils.alpha && !self.alpha.is_there(ray, hit, &corners)
-            || veils.pane && !self.is_blocked(ray, self.blocks(ray, hit, Some(&corners)));
+            || veils.pane && !self.is_blocked(ray, self.blocks(ray, hit, Some(corners)));
         if passes { Verdict::Passes } else { Verdict::Counts }
     }
 }

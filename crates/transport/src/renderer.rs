@@ -116,7 +116,7 @@ impl<'a> Renderer<'a> {
 
     fn walk(&self) -> Result<Option<PageWalk>, PagesError> {
         Ok(match self.pages {
-            Some(pages) => Some(PageWalk::new(pages.caches, self.materials)?),
+            Some(pages) => Some(PageWalk::new(&pages, self.materials)?),
             None => None,
         })
     }

@@ -54,7 +54,7 @@ impl<'a> Vertex<'a> {
                 let corners = MeshCorners::new(mesh_of(context.scene, hit), hit);
                 surface(place, (ray, cone), hit, &corners, uv_sets, tangent_uv)
             }
-            Some(page) => surface_in_page(place, (ray, cone), hit, page.corners, uv_sets, tangent_uv),
+            Some(page) => surface_in_page(place, (ray, cone), hit, &page.corners, uv_sets, tangent_uv),
         };
         let mut frame = surface.frame();
         let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {
@@ -226,7 +226,7 @@ fn surface_in_page(
     place: (&Affine3, &Placement),
     seen: (&Ray, Cone),
     hit: &Hit,
-    corners: &PageCorners,
+    corners: &PageCorners<'_>,
     uv_sets: usize,
     tangent_uv: Option<u32>,
 ) -> Surface {

@@ -9,8 +9,9 @@ use vastlight_store::StoredPages;
 use vastlight_trace::paged::Caches;
 use vastlight_transport::{Evaluated, PagedGeometry};
 
-/// Bytes of a path on its way through pages: its ray, hit, corners and their attributes, and what it casts.
-const PATH_BYTES: u64 = 1700;
+/// Bytes of a path on its way through pages: its ray, hit, corners, and what it casts. The attributes of the corners come
+/// on top.
+const PATH_BYTES: u64 = 1440;
 /// Paths of a batch.
 const PATHS: std::ops::RangeInclusive<u64> = 1 << 11..=1 << 18;
 /// The part of the memory that paths get.
@@ -68,11 +69,17 @@ pub(crate) fn pool(paging: &PagingRequest) -> Result<ThreadPool, Error> {
     pool.map_err(|error| Error::usage(error.to_string(), "--threads", ""))
 }
 
+/// Bytes of a path in scenes like this.
+fn path_bytes(stored: &StoredPages) -> u64 {
+    let floats = stored.layouts.iter().map(|layout| 3 * layout.floats()).max().unwrap_or(0);
+    PATH_BYTES + (floats * size_of::<f32>()) as u64
+}
+
 /// Paths of a batch.
-pub(crate) fn paths_per_batch(paging: &PagingRequest) -> u64 {
+fn paths_per_batch(stored: &StoredPages, paging: &PagingRequest) -> u64 {
     let fitting = || {
         let budget = paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
-        let each = rayon::current_num_threads() as u64 * PATH_BYTES;
+        let each = rayon::current_num_threads() as u64 * path_bytes(stored);
         (budget / PATHS_SHARE / each).clamp(*PATHS.start(), *PATHS.end())
     };
     paging.paths_per_batch.unwrap_or_else(fitting)
@@ -84,7 +91,7 @@ pub(crate) fn through<'a>(
     caches: &'a Caches,
     paging: &PagingRequest,
 ) -> PagedGeometry<'a> {
-    let wave_paths = paths_per_batch(paging);
+    let wave_paths = paths_per_batch(stored, paging);
     PagedGeometry { caches, index: &stored.index, layouts: &stored.layouts, wave_paths }
 }
 
@@ -158,8 +165,8 @@ impl<'s> Kinds<'s> {
 
     /// Bytes of all but the caches.
     fn fixed_bytes(&self, request: &RenderRequest) -> u64 {
-        let paths = rayon::current_num_threads() as u64 * paths_per_batch(&request.paging);
-        let path_bytes = PATH_BYTES + if self.tiles.is_some() { MATERIAL_BYTES } else { 0 };
+        let paths = rayon::current_num_threads() as u64 * paths_per_batch(self.stored, &request.paging);
+        let path_bytes = path_bytes(self.stored) + if self.tiles.is_some() { MATERIAL_BYTES } else { 0 };
         let film = film_bytes(request.settings.region().pixels(), &request.aovs);
         let buffers = 2 * self.stored.source.buffer_bytes(self.geometry.config.io_threads) as u64;
         rss_bytes().unwrap_or(0) + film + paths * path_bytes + buffers + MARGIN
