@@ -11,7 +11,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
 
   test       everything that must pass: format, lints, documentation, all tests; counts what was skipped and why
   lint       format, lints and documentation alone
-  soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at high sample counts
+  soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at
+             high sample counts, stores damaged and processes killed by chance
   gallery [NAME]  renders the pictures of docs/gallery again, or one of them
   sheet DIR  renders a thumbnail of every model below DIR";
 

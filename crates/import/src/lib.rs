@@ -30,6 +30,7 @@ pub use texels::decode_image;
 
 use single::single_mesh_scene;
 use std::path::Path;
+use texels::Deferral;
 use vastlight_scene::{LargeMesh, SceneDesc, SceneStream};
 
 /// How a scene file is read.
@@ -50,7 +51,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError
     match detect(path, &options.limits)? {
         SceneFormat::Gltf => gltf::load(path, options),
         SceneFormat::Ply => ply::load(path, options),
-        SceneFormat::Obj => obj::load(path, options),
+        SceneFormat::Obj => obj::load(path, options, &mut Deferral::never()),
         SceneFormat::Stl => stl::load(path, options),
     }
 }
@@ -64,7 +65,8 @@ pub struct Streamed {
     pub large: Vec<LargeMesh>,
 }
 
-/// A scene file mesh by mesh, or block by block; what cannot come so is read as a whole. The scene is that of [`load`].
+/// A scene file mesh by mesh, or block by block, and large images row by row; what cannot come so is read as a whole. The scene is
+/// that of [`load`].
 ///
 /// # Errors
 /// Those of [`load`], as far as they can be known already; the others come with the meshes.
@@ -72,9 +74,12 @@ pub fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportErro
     match detect(path, &options.limits)? {
         SceneFormat::Ply => ply::stream(path, options),
         SceneFormat::Gltf => gltf::stream(path, options),
-        SceneFormat::Obj | SceneFormat::Stl => {
-            Ok(Streamed { stream: load(path, options)?.into(), large: Vec::new() })
+        SceneFormat::Obj => {
+            let mut deferral = Deferral::of_large();
+            let stream = obj::load(path, options, &mut deferral)?.into();
+            Ok(Streamed { stream: SceneStream { rows: deferral.rows, ..stream }, large: Vec::new() })
         }
+        SceneFormat::Stl => Ok(Streamed { stream: stl::load(path, options)?.into(), large: Vec::new() }),
     }
 }
 

@@ -29,6 +29,21 @@ pub struct Image {
     pub texels: Texels,
 }
 
+impl Image {
+    /// Bytes of all its texels, whether they are there or not.
+    #[must_use]
+    pub fn whole_bytes(&self) -> u64 {
+        self.row_bytes() * u64::from(self.height)
+    }
+
+    /// Bytes of the texels of a row.
+    #[must_use]
+    pub fn row_bytes(&self) -> u64 {
+        let texel = u64::from(self.channels.clamp(1, 4)) * self.texels.number_bytes() as u64;
+        u64::from(self.width) * texel
+    }
+}
+
 /// How stored numbers become linear values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Encoding {

@@ -52,6 +52,8 @@ pub type NextRow = Box<dyn FnMut(&mut Texels) -> Result<(), SceneError> + Send>;
 pub struct ImageRows {
     /// Index into the images of [`SceneStream::desc`], where it has all but texels.
     pub image: u32,
+    /// Bytes that are in memory while rows come.
+    pub working_bytes: u64,
     /// Starts with the first row.
     pub open: Box<dyn Fn() -> Result<NextRow, SceneError> + Send>,
 }

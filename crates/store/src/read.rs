@@ -259,12 +259,17 @@ fn compact(row: &MeshRow, nodes: &[Node8], roots: &[PageRoot], pages: usize) -> 
         node => node.index() < nodes.len() && parent.is_none_or(|parent| node.index() > parent),
     };
     let root = ChildRef(row.root);
+    let children = || nodes.iter().flat_map(|node| node.children).filter(|&child| child != ChildRef::NONE);
     let sound = exists(root, None)
+        && are_distinct(children().filter(|child| !child.is_leaf()), nodes.len())
+        && are_distinct(children().filter(|child| child.is_leaf()), roots.len())
         && roots.iter().all(|root| (root.page as usize) < pages)
         && nodes.iter().enumerate().all(|(i, node)| node.children.iter().all(|&c| exists(c, Some(i))))
         && row.scale > 0.0
         && row.scale.is_finite()
         && row.extent.is_finite()
+        && (row.triangles == 0
+            || row.bounds.iter().chain(&row.object_bounds).flatten().all(|x| x.is_finite()))
         && row.levels <= MOST_LEVELS;
     let [min, max] = row.bounds.map(Vec3::from);
     sound.then(|| CompactMesh {
@@ -277,4 +282,12 @@ fn compact(row: &MeshRow, nodes: &[Node8], roots: &[PageRoot], pages: usize) -> 
         scale: row.scale,
         shares: PageBytes::default(),
     })
+}
+
+/// Whether no two of these are the same, so that ways through a tree do not meet again. Those that are not below `end` are left out.
+fn are_distinct(children: impl Iterator<Item = ChildRef>, end: usize) -> bool {
+    let mut seen = vec![false; end];
+    children
+        .map(ChildRef::index)
+        .all(|index| seen.get_mut(index).is_none_or(|seen| !std::mem::replace(seen, true)))
 }

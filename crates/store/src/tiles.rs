@@ -136,8 +136,7 @@ impl TileGrid {
 /// Whether an image is worth tiles.
 #[must_use]
 pub fn is_worth_tiles(image: &Image, tile_bytes: usize) -> bool {
-    let texel = u64::from(image.channels.clamp(1, 4)) * image.texels.number_bytes() as u64;
-    u64::from(image.width) * u64::from(image.height) * texel > 4 * tile_bytes as u64
+    image.whole_bytes() > 4 * tile_bytes as u64
 }
 
 #[cfg(test)]

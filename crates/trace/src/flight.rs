@@ -191,8 +191,13 @@ impl<'a, S: Simd8> Flight<'a, S> {
     ) -> bool {
         let (lanes, floor) = (self.stages[MESH].lanes, self.waiting.depth);
         let (mut current, mut found) = (start, false);
+        let last = self.steps.saturating_add(tree.most_steps());
         loop {
             self.steps += 1;
+            if self.steps > last {
+                self.waiting.depth = floor;
+                return found;
+            }
             let next = if current.is_leaf() {
                 found |= tree.visit(simd, &mut Visit::<S, F, ANY> { flight: self, filter }, current.index());
                 if found && ANY {
@@ -242,7 +247,8 @@ impl<'a, S: Simd8> Flight<'a, S> {
     fn enter<F: Judge>(&mut self, simd: S) -> bool {
         let tracer = self.tracer;
         let instance = self.current.index();
-        let placed = &tracer.placed[instance];
+        // Where numbers overflow, a ray meets the box of a slot without child.
+        let Some(placed) = tracer.placed.get(instance) else { return false };
         let mesh = &tracer.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
@@ -275,7 +281,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         let leaf = self.current.index();
         let memory = self.stages[MESH].memory;
         match self.leaves {
-            Leaves::Blocks(blocks) => self.meet(simd, filter, &blocks[leaf]),
+            Leaves::Blocks(blocks) => blocks.get(leaf).is_some_and(|block| self.meet(simd, filter, block)),
             Leaves::Pages(mesh) => {
                 let tree = OverPages { mesh, pages: self.pages, memory };
                 tree.visit(simd, &mut Visit::<S, F, ANY> { flight: self, filter }, leaf)

@@ -19,6 +19,13 @@ pub(crate) trait Tree: Nodes {
     type Memory: Prefetch;
 
     fn memory(&self) -> &Self::Memory;
+
+    /// Nodes and leaves that a walk comes to at most, unless the tree is damaged so that ways in it meet again.
+    #[inline(always)]
+    fn most_steps(&self) -> usize {
+        usize::MAX
+    }
+
     /// Brings a visitor to what a leaf is; whether it found anything.
     fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool;
 }
@@ -76,7 +83,8 @@ impl Tree for OverBlocks<'_> {
 
     #[inline(always)]
     fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
-        visitor.triangles(simd, &self.blocks[leaf])
+        // Where numbers overflow, a ray meets the box of a slot without child.
+        self.blocks.get(leaf).is_some_and(|block| visitor.triangles(simd, block))
     }
 }
 
@@ -129,6 +137,11 @@ impl Tree for Page<'_> {
     #[inline(always)]
     fn memory(&self) -> &Self {
         self
+    }
+
+    #[inline(always)]
+    fn most_steps(&self) -> usize {
+        self.most_children()
     }
 
     #[inline(always)]

@@ -1,8 +1,8 @@
 //! What a pack may hold in memory at a time, so that the whole process stays within its budget.
 
 use crate::load::file_size;
-use crate::{Error, ErrorClass, LoadOptions, PackInput, default_budget_bytes, human_bytes};
-use vastlight_scene::{Image, SceneStream, Texels};
+use crate::{Error, ErrorClass, LoadOptions, PackInput, default_budget_bytes, human_bytes, textures};
+use vastlight_scene::{Image, Texels};
 
 /// The process itself, and what allocators keep.
 const BASE_BYTES: u64 = 72 << 20;
@@ -37,13 +37,16 @@ pub(crate) struct PackBudget {
 }
 
 impl PackBudget {
-    /// Divides `memory` bytes, or the default budget.
+    /// Divides `memory` bytes, or the default budget; textures are cut into tiles of so many bytes.
     ///
     /// # Errors
     /// If that is too little for this input.
-    pub(crate) fn new(memory: Option<u64>, input: &PackInput) -> Result<Self, Error> {
+    pub(crate) fn new(memory: Option<u64>, input: &PackInput, tile_bytes: usize) -> Result<Self, Error> {
         let budget = budget_or_default(memory);
-        let fixed = fixed_bytes(&input.stream, input.held_bytes, input.triangles());
+        let images = textures::resident_bytes(&input.stream, tile_bytes);
+        let fixed = fixed_bytes(images + input.held_bytes, input.triangles());
+        // Textures come before meshes.
+        check(fixed + textures::working_bytes(&input.stream, tile_bytes), budget)?;
         check(fixed + LEAST_TRIANGLES * TRIANGLE_BYTES, budget)?;
         let room = budget - fixed;
         let most =
@@ -110,9 +113,8 @@ fn check(needed: u64, budget: u64) -> Result<(), Error> {
 }
 
 /// What is in memory all the time.
-fn fixed_bytes(stream: &SceneStream, held: u64, triangles: Option<u64>) -> u64 {
-    let images: u64 = stream.desc.images.iter().map(image_bytes).sum();
-    BASE_BYTES + held + images + (triangles.unwrap_or(0) as f64 * RESIDENT_BYTES) as u64
+fn fixed_bytes(held: u64, triangles: Option<u64>) -> u64 {
+    BASE_BYTES + held + (triangles.unwrap_or(0) as f64 * RESIDENT_BYTES) as u64
 }
 
 /// Bytes of an image's texels.
@@ -128,7 +130,7 @@ pub(crate) fn image_bytes(image: &Image) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vastlight_scene::SceneDesc;
+    use vastlight_scene::{SceneDesc, SceneStream};
 
     fn input(triangles: u64) -> PackInput {
         let stream = SceneStream { triangles: Some(triangles), ..SceneDesc::default().into() };
@@ -137,13 +139,13 @@ mod tests {
 
     #[test]
     fn more_memory_is_more_at_a_time_and_too_little_is_refused() {
-        let most = |memory: u64| PackBudget::new(Some(memory), &input(1_000_000)).map(|b| b.most);
+        let most = |memory: u64| PackBudget::new(Some(memory), &input(1_000_000), 4096).map(|b| b.most);
         let sizes: Vec<usize> = [128, 256, 512, 4096].map(|mib| most(mib << 20).expect("enough")).to_vec();
         assert!(sizes.is_sorted_by(|a, b| a < b), "{sizes:?}");
         let error = most(64 << 20).expect_err("too little");
         assert_eq!(error.class, ErrorClass::Memory);
         assert!(error.what.contains("needed"), "{error}");
-        assert!(PackBudget::new(Some(1 << 30), &input(10_000_000_000)).is_err());
+        assert!(PackBudget::new(Some(1 << 30), &input(10_000_000_000), 4096).is_err());
         assert!(
             check_import(Some(1 << 30), 2 << 30).is_err() && check_import(Some(1 << 30), 1 << 29).is_ok()
         );

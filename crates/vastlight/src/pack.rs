@@ -72,7 +72,7 @@ pub fn pack_within(
     config: &PackConfig,
     control: PackControl<'_>,
 ) -> Result<StoreSize, Error> {
-    let budget = PackBudget::new(control.memory, &input)?;
+    let budget = PackBudget::new(control.memory, &input, config.tile_bytes)?;
     let mut writer = StoreWriter::create(target, &identity(&input, config, Some(budget.most))?)?;
     let total = input.triangles();
     let PackInput { stream, large, sources, .. } = input;

@@ -45,6 +45,8 @@ pub struct PagingRequest {
     pub batches_per_thread: usize,
     /// Paths of a batch; `None` for what the memory allows. More share the pages that are fetched for one of them.
     pub paths_per_batch: Option<u64>,
+    /// Pages behind a page that is missed which are read with it, where there is room.
+    pub read_ahead: usize,
     /// Which page leaves when room is needed.
     pub policy: PolicyKind,
 }
@@ -57,6 +59,7 @@ impl Default for PagingRequest {
             tile_memory: None,
             batches_per_thread: 2,
             paths_per_batch: None,
+            read_ahead: 0,
             policy: PolicyKind::default(),
         }
     }
@@ -124,6 +127,7 @@ impl<'s> Kinds<'s> {
             slack,
             most_batches: batches,
             policy: paging.policy,
+            read_ahead: paging.read_ahead,
             ..CacheConfig::new(batches * pages, SLOT_UNIT)
         };
         let least_tiles = most_tiles.max(LEAST_PAGES[1]) * RESERVE / (RESERVE - 1) + 1;

@@ -1,9 +1,10 @@
 //! Textures of a scene that is packed: from images to tiles.
 
 use crate::Error;
+use crate::budget::image_bytes;
 use std::collections::BTreeSet;
-use vastlight_scene::{Content, Environment, ImageRows, SceneDesc, texture_uses};
-use vastlight_store::{StoreWriter, is_worth_tiles};
+use vastlight_scene::{Content, Environment, Image, ImageRows, SceneDesc, SceneStream, texture_uses};
+use vastlight_store::{StoreWriter, TileGrid, is_worth_tiles};
 
 /// Puts the images that may leave memory into tiles, and takes their texels out of `desc`. Rows of images without texels come from
 /// `rows`; those that must stay in memory get their texels.
@@ -25,6 +26,29 @@ pub(crate) fn pack(
         }
     }
     Ok(())
+}
+
+/// Bytes of images that stay in memory, as soon as all of them are there.
+pub(crate) fn resident_bytes(stream: &SceneStream, tile_bytes: usize) -> u64 {
+    let desc = &stream.desc;
+    let still_to_come = stream.rows.iter().map(|rows| rows.image).filter(|&image| {
+        let known = desc.images.get(image as usize);
+        known.is_some_and(|i| !is_worth_tiles(i, tile_bytes)) || contents_in_tiles(desc, image).is_empty()
+    });
+    let to_come = still_to_come.filter_map(|image| desc.images.get(image as usize)).map(Image::whole_bytes);
+    desc.images.iter().map(image_bytes).chain(to_come).sum()
+}
+
+/// Most bytes that it takes to bring an image's rows and to put them into tiles: strips of tiles of all levels, and rows of each to
+/// make the next.
+pub(crate) fn working_bytes(stream: &SceneStream, tile_bytes: usize) -> u64 {
+    let of = |rows: &ImageRows| {
+        let image = stream.desc.images.get(rows.image as usize)?;
+        let edge = TileGrid::edge_of(tile_bytes, image.channels, &image.texels);
+        let decoded = u64::from(image.width) * size_of::<vastlight_math::Vec4>() as u64;
+        Some(rows.working_bytes + 2 * (2 * (image.row_bytes() << edge) + 4 * decoded))
+    };
+    stream.rows.iter().filter_map(of).max().unwrap_or(0)
 }
 
 /// Whether the image is in tiles now.

@@ -36,6 +36,13 @@ impl<'a> Page<'a> {
         bytemuck::try_from_bytes(self.bytes.get(UNIT * place..)?.get(..NODE)?).ok()
     }
 
+    /// More than the page has nodes and leaves.
+    #[inline(always)]
+    #[must_use]
+    pub fn most_children(&self) -> usize {
+        self.bytes.len() / NODE * 9 + 9
+    }
+
     /// The triangles of a leaf, unpacked. What a damaged page names but does not have has no triangles.
     #[inline(always)]
     #[must_use]

@@ -8,12 +8,13 @@ use super::node::{self, Placed};
 use super::texture::Textures;
 use super::{camera, extras, image, light, material, morph, skin};
 use crate::LoadOptions;
+use crate::texels::{Deferral, Loaded};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::atomic::AtomicU64;
 use vastlight_math::Affine3;
 use vastlight_math::glam::DAffine3;
-use vastlight_scene::{Image, Instance, SceneDesc};
+use vastlight_scene::{Instance, SceneDesc};
 
 /// A document that was read but for its meshes.
 #[derive(Debug)]
@@ -32,6 +33,7 @@ pub(super) fn assemble(
     data: Data,
     directory: &Path,
     options: &LoadOptions,
+    deferral: &mut Deferral,
     findings: &mut Findings,
 ) -> Parsed {
     let mut desc = SceneDesc::default();
@@ -40,7 +42,9 @@ pub(super) fn assemble(
     let shapes = place_meshes(root, &data, &placed, &mut desc, findings);
     place_cameras_and_lights(root, &placed, &mut desc, findings);
     desc.environment = extras::environment(root, findings);
-    let default_material = read_materials(root, &data, directory, options, &mut desc, findings);
+    let (default_material, used) = read_materials(root, &mut desc);
+    let images = image::load_all(root, &data, directory, &options.limits, deferral, findings);
+    take_images(images, &used, deferral, &mut desc);
     if !root.list("animations").is_empty() {
         let what = "animations are not played";
         let hint = "the picture shows the pose that the nodes describe";
@@ -225,15 +229,9 @@ fn object_name(json: &Json<'_>, node: &Json<'_>, kind: &str, index: usize) -> St
     own.or(of_node).map_or_else(|| format!("{kind} {index}"), str::to_owned)
 }
 
-/// Reads all materials, their textures and images; returns the number of glTF's default material.
-fn read_materials(
-    root: &Json<'_>,
-    data: &Data,
-    directory: &Path,
-    options: &LoadOptions,
-    desc: &mut SceneDesc,
-    findings: &mut Findings,
-) -> u32 {
+/// Reads all materials and their textures; returns the number of glTF's default material, and the images that are used by their
+/// numbers in the document.
+fn read_materials(root: &Json<'_>, desc: &mut SceneDesc) -> (u32, Vec<usize>) {
     let mut textures = Textures::default();
     for (i, json) in root.list("materials").iter().enumerate() {
         let name = json.at("name").text().map_or_else(|| format!("material {i}"), str::to_owned);
@@ -245,10 +243,15 @@ fn read_materials(
     }
     let (list, numbers) = textures.finish();
     desc.textures = list;
-    let mut images: Vec<Option<Image>> =
-        image::load_all(root, data, directory, &options.limits, findings).into_iter().map(Some).collect();
-    desc.images = numbers.into_iter().filter_map(|i| images[i].take()).collect();
-    default_material
+    (default_material, numbers)
+}
+
+/// Takes the images that are used into the scene.
+fn take_images(images: Vec<Loaded>, used: &[usize], deferral: &mut Deferral, desc: &mut SceneDesc) {
+    let mut images: Vec<Option<Loaded>> = images.into_iter().map(Some).collect();
+    for image in used.iter().filter_map(|&i| images[i].take()) {
+        deferral.add(image, desc);
+    }
 }
 
 fn uses_default_material(root: &Json<'_>) -> bool {

@@ -82,13 +82,8 @@ impl Blob {
     }
 }
 
-/// The bytes of a regular file of at most `limit`.
-pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>> {
-    let (mut file, length) = open_file(path, limit)?;
-    read_exactly(&mut file, length as usize)
-}
-
-fn open_file(path: &Path, limit: u64) -> Result<(File, u64)> {
+/// Opens a regular file of at most `limit` bytes; and its length.
+pub(super) fn open_file(path: &Path, limit: u64) -> Result<(File, u64)> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     let length = metadata.len();

@@ -1,41 +1,46 @@
 //! Images: where their bytes stand, what format they have, and decoding them in parallel.
 
 use super::accessor::{Data, Fault};
-use super::blob::read_file;
+use super::blob::open_file;
 use super::buffers::shorten;
 use super::findings::Findings;
 use super::json::Json;
 use super::uri::{self, Uri};
+use crate::texels::{Deferral, ImageBytes, ImageFile, Loaded};
 use crate::{ErrorKind, Limits};
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::path::Path;
 use vastlight_scene::{Image, Texels};
 
 /// Decodes all images of the document, also those that nothing uses, so that their errors are found. None is decoded
-/// if all together are beyond the limits.
+/// if all together are beyond the limits; those that come row by row do not count.
 pub(super) fn load_all(
     root: &Json<'_>,
     data: &Data,
     directory: &Path,
     limits: &Limits,
+    deferral: &Deferral,
     findings: &mut Findings,
-) -> Vec<Image> {
+) -> Vec<Loaded> {
     let source = Source { data, directory, limits };
     let list = root.list("images");
     let sizes = list.par_iter().enumerate().map(|(i, json)| source.decoded_bytes(json, i));
-    let total = sizes.reduce(|| 0, u64::saturating_add);
+    let sizes: Vec<u64> = sizes.collect();
+    let later: Vec<bool> = sizes.iter().map(|&size| deferral.is_for(size)).collect();
+    let at_once = sizes.iter().zip(&later).filter(|(_, later)| !**later);
+    let total = at_once.fold(0, |sum: u64, (&size, _)| sum.saturating_add(size));
     if let Err(error) = limits.check_all_images(total, "/images") {
         findings.error("IMAGES_TOO_LARGE", error.what, &error.place, &error.hint);
-        return list.iter().enumerate().map(|(i, json)| placeholder(json, i)).collect();
+        return list.iter().enumerate().map(|(i, json)| (placeholder(json, i), None)).collect();
     }
-    let decoded: Vec<(Image, Findings)> = list
+    let decoded: Vec<(Loaded, Findings)> = list
         .par_iter()
+        .zip(&later)
         .enumerate()
-        .map(|(i, json)| {
+        .map(|(i, (json, &later))| {
             let mut findings = Findings::default();
-            let image = source.decode(json, i, &mut findings);
-            (image.unwrap_or_else(|| placeholder(json, i)), findings)
+            let image = source.decode(json, i, later, &mut findings);
+            (image.unwrap_or_else(|| (placeholder(json, i), None)), findings)
         })
         .collect();
     let mut images = Vec::new();
@@ -56,35 +61,39 @@ struct Source<'a> {
 
 impl Source<'_> {
     /// The file of an image.
-    fn bytes(&self, json: &Json<'_>, index: usize, findings: &mut Findings) -> Option<Cow<'_, [u8]>> {
+    fn file(&self, json: &Json<'_>, index: usize, findings: &mut Findings) -> Option<ImageFile> {
         let place = format!("/images/{index}");
-        match json.index("bufferView") {
+        let bytes = match json.index("bufferView") {
             Some(view) => match self.data.view_bytes(view) {
-                Ok(bytes) => Some(bytes),
+                Ok(bytes) => ImageBytes::Held(bytes.into()),
                 Err(fault) => {
                     findings.fault("IMAGE_WITHOUT_DATA", Fault { place, ..fault });
-                    None
+                    return None;
                 }
             },
-            None => {
-                let uri = json.at("uri").text()?;
-                Some(Cow::Owned(load_uri(uri, self.directory, self.limits, &place, findings)?))
-            }
-        }
+            None => load_uri(json.at("uri").text()?, self.directory, self.limits, &place, findings)?,
+        };
+        Some(ImageFile { bytes, name: name_of(json, index), limits: *self.limits })
     }
 
     /// Bytes of an image's texels as its header says; 0 if it says nothing, which decoding will report.
     fn decoded_bytes(&self, json: &Json<'_>, index: usize) -> u64 {
-        let bytes = self.bytes(json, index, &mut Findings::default());
-        bytes.map_or(0, |bytes| crate::texels::decoded_bytes(&bytes, "").unwrap_or(0))
+        let file = self.file(json, index, &mut Findings::default());
+        file.map_or(0, |file| file.decoded_bytes().unwrap_or(0))
     }
 
-    fn decode(&self, json: &Json<'_>, index: usize, findings: &mut Findings) -> Option<Image> {
-        let bytes = self.bytes(json, index, findings)?;
+    fn decode(
+        &self,
+        json: &Json<'_>,
+        index: usize,
+        by_rows: bool,
+        findings: &mut Findings,
+    ) -> Option<Loaded> {
+        let file = self.file(json, index, findings)?;
         let place = format!("/images/{index}");
-        check_declared(json, &bytes, &place, findings);
-        match crate::decode_image(&bytes, &name_of(json, index), self.limits) {
-            Ok(image) => Some(image),
+        check_declared(json, &file.first_bytes().unwrap_or_default(), &place, findings);
+        match file.load(by_rows) {
+            Ok(loaded) => Some(loaded),
             Err(error) if error.kind == ErrorKind::UnknownFormat => {
                 let what = "the image has an unknown format";
                 findings.warn("IMAGE_UNRECOGNIZED_FORMAT", what, &place, "it is shown in magenta");
@@ -116,7 +125,7 @@ fn load_uri(
     limits: &Limits,
     place: &str,
     findings: &mut Findings,
-) -> Option<Vec<u8>> {
+) -> Option<ImageBytes> {
     let place = format!("{place}/uri");
     match uri::resolve(uri, directory) {
         Uri::Data { media_type, bytes } => {
@@ -125,10 +134,10 @@ fn load_uri(
                     format!("the data URI of an image says \"{}\", which it is not", shorten(media_type));
                 findings.error("INVALID_URI", what, &place, "");
             }
-            Some(bytes)
+            Some(ImageBytes::Held(bytes.into()))
         }
-        Uri::File(path) => match read_file(&path, limits.file_bytes) {
-            Ok(bytes) => Some(bytes),
+        Uri::File(path) => match open_file(&path, limits.file_bytes) {
+            Ok(_) => Some(ImageBytes::File(path)),
             Err(error) => {
                 let what = format!("the file \"{}\" cannot be read: {error}", path.display());
                 findings.error("IO_ERROR", what, &place, "external files stand beside the document");

@@ -34,6 +34,7 @@ mod topology;
 mod uri;
 mod validate;
 
+use crate::texels::Deferral;
 use crate::{ImportError, LoadOptions};
 use assemble::Parsed;
 use blob::Blob;
@@ -62,7 +63,8 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, Impo
 
 /// The scene in a file with its meshes; an empty one if an error stands in `findings`.
 fn load_blob(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Findings) -> SceneDesc {
-    let Some(Parsed { mut desc, shapes, context }) = parse(file, path, options, findings) else {
+    let parsed = parse(file, path, options, &mut Deferral::never(), findings);
+    let Some(Parsed { mut desc, shapes, context }) = parsed else {
         return SceneDesc::default();
     };
     let built: Vec<(Mesh, Findings)> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();
@@ -91,8 +93,15 @@ fn open(path: &Path, options: &LoadOptions) -> Result<Blob, ImportError> {
         .map_err(|error| ImportError::io(&error, path))
 }
 
-/// From a file to a description without meshes, and what they are made of; `None` if an error stands in `findings`.
-fn parse(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Findings) -> Option<Parsed> {
+/// From a file to a description without meshes, and what they are made of; `None` if an error stands in `findings`. Texels of images
+/// that `deferral` is for come later.
+fn parse(
+    file: &Blob,
+    path: &Path,
+    options: &LoadOptions,
+    deferral: &mut Deferral,
+    findings: &mut Findings,
+) -> Option<Parsed> {
     let expect_glb = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("glb"));
     let container = container::split(file, expect_glb, findings)?;
     let text = match container.json.bytes() {
@@ -122,5 +131,5 @@ fn parse(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Finding
     let decoded = meshopt::decode_views(&root, &data, &options.limits, findings);
     data.set_decoded(decoded);
     validate::check_data(&root, &data, findings);
-    Some(assemble::assemble(&root, data, directory, options, findings))
+    Some(assemble::assemble(&root, data, directory, options, deferral, findings))
 }

@@ -6,6 +6,7 @@ use super::mesh::{self, Shape};
 use super::model::Accessor;
 use super::topology::Mode;
 use super::{Parsed, container, meshopt, open, parse};
+use crate::texels::Deferral;
 use crate::{FileSize, ImportError, LoadOptions, Streamed};
 use std::path::Path;
 use vastlight_scene::{Diagnostics, Mesh, Piece, SceneError, SceneStream, read_ahead};
@@ -23,7 +24,8 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     let file = open(path, options)?;
     let mut findings = Findings::default();
     let place = path.display().to_string();
-    let parsed = parse(&file, path, options, &mut findings);
+    let mut deferral = Deferral::of_large();
+    let parsed = parse(&file, path, options, &mut deferral, &mut findings);
     let Some(Parsed { mut desc, shapes, context }) = parsed else {
         let mut desc = vastlight_scene::SceneDesc::default();
         findings.report(&place, &mut desc.diagnostics);
@@ -44,7 +46,7 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
         }
     };
     let pieces = read_ahead(shapes.into_iter().zip(placements), AHEAD, make);
-    let stream = SceneStream { desc, pieces, triangles: Some(triangles), rows: Vec::new() };
+    let stream = SceneStream { desc, pieces, triangles: Some(triangles), rows: deferral.rows };
     Ok(Streamed { stream, large: Vec::new() })
 }
 

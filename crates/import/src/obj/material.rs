@@ -1,8 +1,9 @@
 //! MTL's Phong-like description to the one material. `docs/formats.md` has the rules in words.
 
 use super::mtl::{self, Map, MtlMaterial, Slot};
-use super::textures::{self, Images};
+use super::textures::{self, Images, Sources};
 use crate::scan::Source;
+use crate::texels::Deferral;
 use crate::{Limits, LoadOptions};
 use std::path::{Path, PathBuf};
 use vastlight_math::Vec3;
@@ -65,13 +66,18 @@ impl Library {
         &self,
         names: &[String],
         closed: &[bool],
-        options: &LoadOptions,
+        (options, deferral): (&LoadOptions, &mut Deferral),
         desc: &mut SceneDesc,
     ) {
         let used: Vec<Option<&MtlMaterial>> = names.iter().map(|name| self.find(name)).collect();
-        let maps = used.iter().flatten().flat_map(|m| m.maps.iter().flatten());
-        let files = maps.map(|map| textures::locate(&map.file, &self.directory));
-        let mut images = Images::load(files, &options.limits, &self.place, desc);
+        let located = |map: &Map| textures::locate(&map.file, &self.directory);
+        let files = used.iter().flatten().flat_map(|m| m.maps.iter().flatten()).map(located);
+        // What these say is needed here.
+        let read_here =
+            |m: &&MtlMaterial| [m.map(Slot::Opacity), m.map(Slot::Bump)].map(|map| map.map(located));
+        let whole = used.iter().flatten().flat_map(read_here).flatten().collect();
+        let sources = Sources { whole, limits: &options.limits, place: &self.place };
+        let mut images = Images::load(files, &sources, deferral, desc);
         for ((name, source), &closed) in names.iter().zip(used).zip(closed) {
             let material = match source {
                 Some(source) => {

@@ -13,14 +13,19 @@ mod parse;
 mod split;
 mod textures;
 
+use crate::texels::Deferral;
 use crate::{ImportError, LoadOptions};
 use material::Library;
 use std::path::Path;
 use vastlight_math::Affine3;
 use vastlight_scene::{Diagnostics, Instance, SceneDesc};
 
-/// Reads an OBJ file and the material libraries it names.
-pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
+/// Reads an OBJ file and the material libraries it names. Texels of images that `deferral` is for come later.
+pub(crate) fn load(
+    path: &Path,
+    options: &LoadOptions,
+    deferral: &mut Deferral,
+) -> Result<SceneDesc, ImportError> {
     let mut diagnostics = Diagnostics::default();
     let source = crate::scan::Source::open(path, &options.limits)?;
     let parsed = parse::parse(source, &options.limits, &mut diagnostics)?;
@@ -29,7 +34,7 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, Impo
     let closed = closed::closed_materials(&parsed, &library.glass(&parsed.materials));
     let meshes = split::into_meshes(parsed.mesh, &parsed.runs, &parsed.names, &stem);
     let mut desc = SceneDesc { meshes, diagnostics, ..SceneDesc::default() };
-    library.fill(&parsed.materials, &closed, options, &mut desc);
+    library.fill(&parsed.materials, &closed, (options, deferral), &mut desc);
     for (i, mesh) in desc.meshes.iter().enumerate() {
         desc.names.push(mesh.name.clone());
         let id = i as u32;

@@ -1,10 +1,10 @@
 //! Images that an MTL file names: found, decoded once, and turned into textures.
 
 use super::mtl::Map;
-use crate::environment::read_file;
-use crate::{ImportError, Limits, decode_image};
+use crate::Limits;
+use crate::texels::{Deferral, ImageBytes, ImageFile};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use vastlight_math::Vec2;
 use vastlight_scene::{Encoding, Image, SceneDesc, Texels, Texture, TextureTransform, Wrap};
@@ -18,34 +18,47 @@ pub(super) struct Images {
     left_bytes: u64,
 }
 
+/// What is known about image files before they are read.
+pub(super) struct Sources<'a> {
+    /// Those whose texels must be there with the scene.
+    pub(super) whole: BTreeSet<PathBuf>,
+    pub(super) limits: &'a Limits,
+    /// For messages.
+    pub(super) place: &'a str,
+}
+
 impl Images {
-    /// Decodes all `files` in parallel into `desc.images`; what cannot be read is named in a warning, once.
+    /// Decodes all `files` in parallel into `desc.images`; what cannot be read is named in a warning, once. Those that `deferral`
+    /// is for are only checked.
     pub(super) fn load(
         files: impl Iterator<Item = PathBuf>,
-        limits: &Limits,
-        place: &str,
+        sources: &Sources<'_>,
+        deferral: &mut Deferral,
         desc: &mut SceneDesc,
     ) -> Self {
+        let Sources { whole, limits, place } = sources;
         let mut paths: Vec<PathBuf> = files.collect();
         paths.sort();
         paths.dedup();
-        let sizes = paths.par_iter().map(|path| decoded_bytes(path, limits));
-        let total = sizes.reduce(|| 0, u64::saturating_add);
+        let sizes: Vec<u64> =
+            paths.par_iter().map(|p| image_file(p, limits).decoded_bytes().unwrap_or(0)).collect();
+        let by_rows = |path: &PathBuf, size: u64| deferral.is_for(size) && !whole.contains(path);
+        let later: Vec<bool> = paths.iter().zip(&sizes).map(|(path, &size)| by_rows(path, size)).collect();
+        let at_once = sizes.iter().zip(&later).filter(|(_, later)| !**later);
+        let total = at_once.fold(0, |sum: u64, (&size, _)| sum.saturating_add(size));
         if let Err(e) = limits.check_all_images(total, place) {
             desc.diagnostics.error(e.what, e.place, e.hint);
             paths.clear();
         }
-        let decoded: Vec<Result<Image, ImportError>> = paths.par_iter().map(|p| decode(p, limits)).collect();
+        let decode = |(path, &later): (&PathBuf, &bool)| image_file(path, limits).load(later);
+        let decoded: Vec<_> = paths.par_iter().zip(&later).map(decode).collect();
         let mut numbers = HashMap::new();
         for (path, result) in paths.into_iter().zip(decoded) {
             let number = match result {
-                Ok(image) => {
-                    desc.images.push(image);
-                    Some(desc.images.len() as u32 - 1)
-                }
+                Ok(image) => Some(deferral.add(image, desc)),
                 Err(e) => {
                     let what = format!("the texture \"{}\" cannot be used: {}", path.display(), e.what);
-                    desc.diagnostics.warn(what, place, "the material goes without it");
+                    desc.diagnostics.warn(what, *place, "the material goes without it");
                     None
                 }
             };
@@ -83,15 +96,9 @@ impl Images {
     }
 }
 
-fn decode(path: &Path, limits: &Limits) -> Result<Image, ImportError> {
+fn image_file(path: &Path, limits: &Limits) -> ImageFile {
     let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    decode_image(&read_file(path, limits)?, &name, limits)
-}
-
-/// Bytes of an image's texels as its header says; 0 if it says nothing, which decoding will report.
-fn decoded_bytes(path: &Path, limits: &Limits) -> u64 {
-    let bytes = read_file(path, limits);
-    bytes.and_then(|bytes| crate::texels::decoded_bytes(&bytes, "")).unwrap_or(0)
+    ImageFile { bytes: ImageBytes::File(path.to_owned()), name, limits: *limits }
 }
 
 /// Where a file that is named in a library lies: as it is named, else beside the library, else there under another

@@ -1,10 +1,14 @@
 //! OpenEXR: the first layer with colour (or luminance), any channel type, largest level, as linear floats.
 
 use super::guarded;
+use super::rows::{Bytes, Rows};
 use crate::{ImportError, Limits};
 use ::exr::block::{self, UncompressedBlock, reader::ChunksReader};
-use ::exr::meta::{attribute::SampleType, header::Header};
+use ::exr::meta::BlockDescription;
+use ::exr::meta::attribute::{LineOrder, SampleType};
+use ::exr::meta::header::Header;
 use half::f16;
+use std::collections::BTreeMap;
 use std::io::Cursor;
 use vastlight_scene::{Image, Texels};
 
@@ -29,15 +33,77 @@ fn broken(error: &::exr::error::Error, name: &str) -> ImportError {
 fn decode_unguarded(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, ImportError> {
     let reader = block::read(Cursor::new(bytes), false).map_err(|e| broken(&e, name))?;
     let (layer, channels) = pick_layer(reader.headers(), name)?;
-    let mut target = Target::new(&reader.headers()[layer], layer, channels, name, limits)?;
+    let (picked, image) = Picked::new(&reader.headers()[layer], layer, channels, name, limits)?;
+    let row = image.width as usize * usize::from(image.channels);
+    let mut texels = vec![0.0; row * image.height as usize];
     let chunks = reader.filter_chunks(false, |_, _, b| b.layer == layer && b.level.0 == 0 && b.level.1 == 0);
     let store = |_: &_, block: UncompressedBlock| {
-        target.store(&block);
+        for Line { y, first, values } in picked.lines(&block) {
+            let out = texels.get_mut(y * row + first..y * row + first + values.len());
+            out.into_iter().for_each(|out| out.copy_from_slice(&values));
+        }
         Ok(())
     };
     let chunks = chunks.map_err(|e| broken(&e, name))?;
     chunks.decompress_parallel(false, store).map_err(|e| broken(&e, name))?;
-    Ok(target.image)
+    Ok(Image { texels: Texels::F32(texels), ..image })
+}
+
+/// Starts with the first row. Rows wait while those above them have not come: a few where the file has them in order.
+pub(super) fn rows(bytes: Box<dyn Bytes>, name: &str, limits: &Limits) -> Result<Rows, ImportError> {
+    let reader = block::read(bytes, false).map_err(|e| broken(&e, name))?;
+    let (layer, channels) = pick_layer(reader.headers(), name)?;
+    let (picked, image) = Picked::new(&reader.headers()[layer], layer, channels, name, limits)?;
+    let working_bytes = working_bytes(&reader.headers()[layer], &image);
+    let chunks = reader.filter_chunks(false, |_, _, b| b.layer == layer && b.level.0 == 0 && b.level.1 == 0);
+    let mut blocks = chunks.map_err(|e| broken(&e, name))?.sequential_decompressor(false);
+    let row = image.width as usize * usize::from(image.channels);
+    let (mut waiting, mut y, name) = (BTreeMap::<usize, Partial>::new(), 0, name.to_owned());
+    let next = move |out: &mut Texels| {
+        while waiting.get(&y).is_none_or(|partial| partial.missing > 0) {
+            let Some(block) = guarded(&name, || blocks.next().transpose().map_err(|e| broken(&e, &name)))?
+            else {
+                break;
+            };
+            for line in picked.lines(&block) {
+                waiting.entry(line.y).or_insert_with(|| Partial::new(row)).add(&line);
+            }
+        }
+        let complete = waiting.remove(&y).unwrap_or_else(|| Partial::new(row));
+        y += 1;
+        out.append(&Texels::F32(complete.values), 0..row);
+        Ok(())
+    };
+    Ok(Rows { image, working_bytes, next: Box::new(next) })
+}
+
+/// Bytes of the rows that wait, which are those of a row of blocks where the file has them in order, and of a block.
+fn working_bytes(header: &Header, image: &Image) -> u64 {
+    let rows = match header.blocks {
+        _ if header.line_order != LineOrder::Increasing => return 2 * image.whole_bytes(),
+        BlockDescription::ScanLines => header.compression.scan_lines_per_block() as u64,
+        BlockDescription::Tiles(tiles) => tiles.tile_size.1 as u64,
+    };
+    (1 << 20) + 3 * rows * image.row_bytes()
+}
+
+/// A row of which parts have come.
+struct Partial {
+    values: Vec<f32>,
+    /// How many have not.
+    missing: usize,
+}
+
+impl Partial {
+    fn new(row: usize) -> Self {
+        Self { values: vec![0.0; row], missing: row }
+    }
+
+    fn add(&mut self, line: &Line) {
+        let Some(out) = self.values.get_mut(line.first..line.first + line.values.len()) else { return };
+        out.copy_from_slice(&line.values);
+        self.missing = self.missing.saturating_sub(line.values.len());
+    }
 }
 
 /// The layer that is read, with the numbers of its channels.
@@ -63,9 +129,9 @@ fn pick_channels(header: &Header) -> Option<Vec<usize>> {
     prefixes().find_map(color).or_else(|| prefixes().find_map(grey))
 }
 
-/// The image that grows from decompressed blocks.
-struct Target {
-    image: Image,
+/// What of the blocks of a layer becomes texels.
+struct Picked {
+    width: usize,
     /// For each picked channel: where its samples start within a line of a block that is one texel wide, and its type.
     channels: Vec<(usize, SampleType)>,
     /// Bytes of one texel over all channels of the layer.
@@ -73,14 +139,23 @@ struct Target {
     layer: usize,
 }
 
-impl Target {
+/// A part of a row.
+struct Line {
+    y: usize,
+    /// Its first number in the row.
+    first: usize,
+    values: Vec<f32>,
+}
+
+impl Picked {
+    /// What is picked of a layer, and the image without texels that it becomes.
     fn new(
         header: &Header,
         layer: usize,
         picked: Vec<usize>,
         name: &str,
         limits: &Limits,
-    ) -> Result<Self, ImportError> {
+    ) -> Result<(Self, Image), ImportError> {
         if header.deep {
             return Err(ImportError::unsupported("deep images are not supported", name));
         }
@@ -94,36 +169,33 @@ impl Target {
         let start_of =
             |channel: usize| list[..channel].iter().map(|c| c.sample_type.bytes_per_sample()).sum();
         let channels = picked.iter().map(|&c| (start_of(c), list[c].sample_type)).collect();
-        let count = header.layer_size.0 * header.layer_size.1 * picked.len();
         let image = Image {
             name: name.to_owned(),
             width: width as u32,
             height: height as u32,
             channels: picked.len() as u8,
-            texels: Texels::F32(vec![0.0; count]),
+            texels: Texels::F32(Vec::new()),
         };
-        Ok(Self { image, channels, texel_bytes, layer })
+        Ok((Self { width: width as usize, channels, texel_bytes, layer }, image))
     }
 
-    /// Copies a block; what lies outside the image or is short is left out.
-    fn store(&mut self, block: &UncompressedBlock) {
-        let Texels::F32(texels) = &mut self.image.texels else { return };
-        let (width, step) = (self.image.width as usize, self.channels.len());
+    /// The picked numbers of a block by rows; what lies beside the image is left out.
+    fn lines<'b>(&'b self, block: &'b UncompressedBlock) -> impl Iterator<Item = Line> + 'b {
+        let step = self.channels.len();
         let (x, y) = (block.index.pixel_position.0, block.index.pixel_position.1);
-        let block_width = block.index.pixel_size.0;
-        let line_bytes = block_width * self.texel_bytes;
-        if block.index.layer != self.layer || line_bytes == 0 || x + block_width > width {
-            return;
-        }
-        for (row, line) in block.data.chunks_exact(line_bytes).enumerate() {
-            let first = ((y + row) * width + x) * step;
-            let Some(out) = texels.get_mut(first..first + block_width * step) else { return };
+        let width = block.index.pixel_size.0;
+        let line_bytes = width * self.texel_bytes;
+        let fits = block.index.layer == self.layer && line_bytes > 0 && x + width <= self.width;
+        let lines = block.data.chunks_exact(line_bytes.max(1)).enumerate().filter(move |_| fits);
+        lines.map(move |(row, line)| {
+            let mut values = vec![0.0; width * step];
             for (c, &(start, kind)) in self.channels.iter().enumerate() {
-                let samples = &line[start * block_width..];
-                let samples = &samples[..block_width * kind.bytes_per_sample()];
-                copy_samples(samples, kind, out.iter_mut().skip(c).step_by(step));
+                let samples = &line[start * width..];
+                let samples = &samples[..width * kind.bytes_per_sample()];
+                copy_samples(samples, kind, values.iter_mut().skip(c).step_by(step));
             }
-        }
+            Line { y: y + row, first: x * step, values }
+        })
     }
 }
 

@@ -1,6 +1,8 @@
 //! Image files to texels: PNG, JPEG, WebP, Radiance HDR, OpenEXR, KTX2.
 
 mod exr;
+mod png;
+mod rows;
 
 #[cfg(test)]
 mod tests;
@@ -10,6 +12,8 @@ use crate::{ErrorKind, ImportError, Limits};
 use ::image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 use std::io::Cursor;
 use vastlight_scene::{Image, Texels};
+
+pub(crate) use rows::{Deferral, ImageBytes, ImageFile, Loaded};
 
 /// Decodes an image file in memory; the format is found from its first bytes. `name` goes into the image and into
 /// messages.
@@ -33,7 +37,7 @@ pub fn decode_image(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, 
 ///
 /// # Errors
 /// Unknown format, or the header is malformed.
-pub(crate) fn decoded_bytes(bytes: &[u8], name: &str) -> Result<u64, ImportError> {
+fn decoded_bytes(bytes: &[u8], name: &str) -> Result<u64, ImportError> {
     if bytes.starts_with(KTX2_SIGNATURE) {
         return ktx2_decoded_bytes(bytes, name);
     }

@@ -88,7 +88,7 @@ fn mosaic_panel(b: &mut Builder, panel: u32, edge: u32, seed: u32) -> ImageRows 
             Ok(())
         }))
     };
-    ImageRows { image: number, open: Box::new(open) }
+    ImageRows { image: number, working_bytes: 0, open: Box::new(open) }
 }
 
 /// Corners run counter-clockwise as seen from the front; the texture covers the whole.

@@ -235,7 +235,7 @@ impl Bundle {
         instance: usize,
         rays: u64,
     ) -> bool {
-        let placed = &job.tracer.placed[instance];
+        let Some(placed) = job.tracer.placed.get(instance) else { return false };
         let mesh = &job.tracer.meshes[placed.mesh as usize];
         let (Some(root), true) = (mesh.root(), rays != 0) else { return false };
         let MeshSpace { bounds, extent, .. } = mesh.space();

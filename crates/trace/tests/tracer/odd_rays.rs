@@ -4,7 +4,7 @@ use crate::common::shapes::{closed_surface, random_soup};
 use crate::common::{
     ACCELS, BruteForce, Random, closest, occluded, rays_at, scene, streamed, tracer, tracer_over,
 };
-use vastlight_math::{Affine3, FAR, Ray, Vec3};
+use vastlight_math::{Affine3, FAR, Mat3, Ray, Vec3};
 use vastlight_scene::{Scene, SceneDesc};
 use vastlight_simd::Level;
 use vastlight_trace::{Hit, HitFilter, Layout, TraceError, Tracer, TracerConfig};
@@ -172,4 +172,23 @@ fn instances_share_the_structure_of_their_mesh() {
     let (one, many) = (bytes(1), bytes(20_001));
     let each = (many - one) as f64 / 20_000.0;
     assert!(each < 128.0, "{each} bytes an instance");
+}
+
+#[test]
+fn places_beyond_the_range_of_numbers_do_no_harm() {
+    let mut random = Random(23);
+    let ball = random_soup(&mut random, 40, 0.4, 1.0, Vec3::ZERO);
+    let far = |scale: f32, x: f32| Affine3 {
+        matrix3: Mat3::from_diagonal(Vec3::splat(scale)),
+        translation: Vec3::X * x,
+    };
+    let rays = rays_at(&mut random, 300, Vec3::ZERO, 1.0);
+    for (scale, x) in [(1e38, 0.0), (3e38, 3e38), (1.0, 3e38), (1e-38, -3e38)] {
+        let maps = vec![Affine3::IDENTITY, far(scale, x), far(-scale, -x)];
+        let scene = scene(vec![(ball.clone(), maps)]);
+        for accel in ACCELS {
+            let tracer = tracer_over(accel, &scene, Level::detect());
+            assert_eq!(closest(&tracer, &rays).len(), rays.len());
+        }
+    }
 }

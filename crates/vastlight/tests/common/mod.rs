@@ -1,6 +1,8 @@
 //! Scenes packed, opened and rendered in memory.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub(crate) mod random;
+
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use vastlight::film::Picture;
@@ -11,6 +13,11 @@ use vastlight::transport::RenderSettings;
 use vastlight::{
     CameraChoice, Control, Error, LoadOptions, OpenScene, RenderRequest, open_store, pack, render, stream,
 };
+
+/// Whether proofs may take their time.
+pub(crate) fn is_soak() -> bool {
+    std::env::var_os("VASTLIGHT_SOAK").is_some()
+}
 
 /// The bytes of a scene's store, and what they are.
 pub(crate) fn packed(name: &str, options: &LoadOptions, config: &PackConfig) -> (Vec<u8>, StoreSize) {
