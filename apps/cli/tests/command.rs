@@ -371,6 +371,21 @@ fn a_source_that_changed_is_noticed() {
 }
 
 #[test]
+fn info_says_what_a_store_needs_at_least_and_that_is_enough() {
+    let work = Workspace::new();
+    assert_eq!(work.run("pack demo:statue --triangles 100000 -o scene.vls -q").code, 0);
+    let info = work.run("info scene.vls --json");
+    let info: serde_json::Value = serde_json::from_str(&info.stdout).expect("one JSON object");
+    let least = info["memory_bytes"]["least"].as_u64().expect("a number");
+    assert!(info["memory_bytes"]["all_pages"].as_u64().is_some_and(|all| all > 0));
+    let render =
+        |bytes: u64| work.run(&format!("render scene.vls -o a.png -r 1920x1080 --spp 1 --memory {bytes} -q"));
+    assert_eq!(render(least / 2).code, 4);
+    let outcome = render(least + (8 << 20));
+    assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+}
+
+#[test]
 fn a_scene_that_does_not_fit_is_packed_once_and_gives_the_same_picture() {
     let work = Workspace::new();
     let render = |more: &str| {

@@ -46,7 +46,7 @@ pub use ooc::{OocFigures, measure_ooc};
 pub use open::{OpenScene, is_store, open, open_store};
 pub use overrides::Overrides;
 pub use pack::{PackControl, PackProgress, pack, pack_within};
-pub use paged::PagingRequest;
+pub use paged::{PagingRequest, StoredMemory, stored_memory};
 pub use render::{Control, Progress, RenderRequest, Rendered, render};
 pub use stats::{CacheCounts, Ending, PagingStats, Residency, SceneCounts, Stats};
 

@@ -1,7 +1,7 @@
 //! Memory and threads for a scene in a store.
 
 use crate::memory::{film_bytes, human_bytes, rss_bytes};
-use crate::{Error, ErrorClass, RenderRequest, default_budget_bytes, peak_rss_bytes};
+use crate::{Error, ErrorClass, OpenScene, RenderRequest, default_budget_bytes, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
 use vastlight_paging::{CacheConfig, Directory, PageCache, PolicyKind};
@@ -14,8 +14,10 @@ use vastlight_transport::{Evaluated, PagedGeometry};
 const PATH_BYTES: u64 = 1440;
 /// Paths of a batch.
 const PATHS: std::ops::RangeInclusive<u64> = 1 << 11..=1 << 18;
-/// The part of the memory that paths get.
-const PATHS_SHARE: u64 = 6;
+/// The part that paths get of the memory beyond what is needed in any case.
+const PATHS_SHARE: u64 = 5;
+/// About what is needed in any case.
+const NEEDED: u64 = 160 << 20;
 /// Bytes of the material of a hit whose textures are in tiles.
 const MATERIAL_BYTES: u64 = size_of::<Option<Evaluated>>() as u64;
 /// What the allocator and the system keep for themselves.
@@ -83,7 +85,7 @@ fn paths_per_batch(stored: &StoredPages, paging: &PagingRequest) -> u64 {
     let fitting = || {
         let budget = paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
         let each = rayon::current_num_threads() as u64 * path_bytes(stored);
-        (budget / PATHS_SHARE / each).clamp(*PATHS.start(), *PATHS.end())
+        (budget.saturating_sub(NEEDED) / PATHS_SHARE / each).clamp(*PATHS.start(), *PATHS.end())
     };
     paging.paths_per_batch.unwrap_or_else(fitting)
 }
@@ -110,6 +112,32 @@ pub(crate) fn caches(
         Some(fraction) => kinds.part(fraction, request.paging.tile_memory),
         None => kinds.within(request),
     }
+}
+
+/// What pictures of a scene in a store need, in bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StoredMemory {
+    /// The smallest budget, with short batches and hardly a page in memory.
+    pub least: u64,
+    /// The caches that hold all pages.
+    pub all_pages: u64,
+}
+
+/// What pictures of `pixels` pixels of a scene need that is in a store; none for one in memory.
+///
+/// # Errors
+/// If no threads can be made.
+pub fn stored_memory(open: &OpenScene, pixels: u64) -> Result<Option<StoredMemory>, Error> {
+    let Some(stored) = &open.stored else { return Ok(None) };
+    let paging = PagingRequest { memory: Some(0), ..PagingRequest::default() };
+    Ok(Some(pool(&paging)?.install(|| {
+        let kinds = Kinds::new(stored, &paging, open.materials().most_tiles());
+        let all = [Some(&kinds.geometry), Some(&kinds.attributes), kinds.tiles.as_ref()];
+        let least: u64 = all.iter().flatten().map(|pages| pages.least()).sum();
+        let all_pages = all.iter().flatten().map(|pages| pages.most()).sum();
+        let fixed = kinds.fixed_bytes(film_bytes(pixels, &[]), &paging);
+        StoredMemory { least: fixed + least, all_pages }
+    })))
 }
 
 /// All kinds of pages of a store.
@@ -150,7 +178,8 @@ impl<'s> Kinds<'s> {
     /// Caches for what a request's memory leaves.
     fn within(&self, request: &RenderRequest) -> Result<Caches, Error> {
         let Self { geometry, attributes, tiles, .. } = self;
-        let fixed = self.fixed_bytes(request);
+        let film = film_bytes(request.settings.region().pixels(), &request.aovs);
+        let fixed = self.fixed_bytes(film, &request.paging);
         let (least_of_tiles, most_of_tiles) = tiles.as_ref().map_or((0, 0), |t| (t.least(), t.most()));
         let least_of_others = geometry.least() + attributes.least();
         let most_of_others = geometry.most() + attributes.most();
@@ -168,10 +197,9 @@ impl<'s> Kinds<'s> {
     }
 
     /// Bytes of all but the caches.
-    fn fixed_bytes(&self, request: &RenderRequest) -> u64 {
-        let paths = rayon::current_num_threads() as u64 * paths_per_batch(self.stored, &request.paging);
+    fn fixed_bytes(&self, film: u64, paging: &PagingRequest) -> u64 {
+        let paths = rayon::current_num_threads() as u64 * paths_per_batch(self.stored, paging);
         let path_bytes = path_bytes(self.stored) + if self.tiles.is_some() { MATERIAL_BYTES } else { 0 };
-        let film = film_bytes(request.settings.region().pixels(), &request.aovs);
         let buffers = 2 * self.stored.source.buffer_bytes(self.geometry.config.io_threads) as u64;
         rss_bytes().unwrap_or(0) + film + paths * path_bytes + buffers + MARGIN
     }

@@ -9,7 +9,10 @@ use serde_json::json;
 use std::io::Write;
 use vastlight::scene::{Camera, Environment, Projection, Scene};
 use vastlight::store::SourceFile;
-use vastlight::{Error, MemoryEstimate, OpenScene, SceneCounts, default_budget_bytes, human_bytes};
+use vastlight::{
+    Error, MemoryEstimate, OpenScene, SceneCounts, StoredMemory, default_budget_bytes, human_bytes,
+    stored_memory,
+};
 
 /// Show what is in a scene, how much memory it needs, and what was ignored
 #[derive(Args, Debug)]
@@ -24,16 +27,26 @@ pub(crate) struct Info {
 /// Pixels of the picture that the memory estimate is for.
 const PIXELS: u64 = 1920 * 1080;
 
+/// What pictures need.
+enum Memory {
+    Whole(MemoryEstimate),
+    Stored(StoredMemory),
+}
+
 pub(crate) fn run(arguments: &Info, common: &Common) -> Result<Exit, Error> {
-    let OpenScene { scene, stored } = arguments.scene.open(common)?;
+    let open = arguments.scene.open(common)?;
+    let memory = match stored_memory(&open, PIXELS)? {
+        Some(stored) => Memory::Stored(stored),
+        None => Memory::Whole(MemoryEstimate::new(&open.scene, PIXELS, &[], rayon::current_num_threads())),
+    };
+    let OpenScene { scene, stored } = open;
     let sources = stored.map(|stored| stored.sources).unwrap_or_default();
-    let estimate = MemoryEstimate::new(&scene, PIXELS, &[], rayon::current_num_threads());
     let text = if arguments.json {
-        let mut value = as_json(&arguments.scene.scene, &scene, &estimate);
+        let mut value = as_json(&arguments.scene.scene, &scene, &memory);
         value["sources"] = json!(sources.iter().map(source_json).collect::<Vec<_>>());
         format!("{value}\n")
     } else {
-        let text = as_text(&arguments.scene.scene, &scene, &estimate, common);
+        let text = as_text(&arguments.scene.scene, &scene, &memory, common);
         sources.iter().fold(text, |text, source| text + &source_line(source))
     };
     std::io::stdout().lock().write_all(text.as_bytes()).map_err(|e| stdout_error(&e))?;
@@ -53,7 +66,7 @@ fn source_line(source: &SourceFile) -> String {
     format!("  packed from  {}{size}{changed}\n", source.name)
 }
 
-fn as_json(name: &str, scene: &Scene, estimate: &MemoryEstimate) -> serde_json::Value {
+fn as_json(name: &str, scene: &Scene, memory: &Memory) -> serde_json::Value {
     let bounds = scene.bounds();
     let bounds = (!bounds.is_empty()).then(|| [bounds.min.to_array(), bounds.max.to_array()]);
     json!({
@@ -64,15 +77,17 @@ fn as_json(name: &str, scene: &Scene, estimate: &MemoryEstimate) -> serde_json::
         "cameras": scene.cameras().iter().map(|c| &c.name).collect::<Vec<_>>(),
         "materials": scene.materials().iter().map(|m| &m.name).collect::<Vec<_>>(),
         "lights": scene.lights().iter().map(|l| &l.name).collect::<Vec<_>>(),
-        "memory_bytes": {
-            "scene": estimate.scene, "structure": estimate.structure, "film_1080p": estimate.film,
-            "total": estimate.total(),
+        "memory_bytes": match memory {
+            Memory::Whole(whole) => json!({
+                "scene": whole.scene, "structure": whole.structure, "film_1080p": whole.film, "total": whole.total(),
+            }),
+            Memory::Stored(stored) => json!({"least": stored.least, "all_pages": stored.all_pages}),
         },
         "findings": scene.diagnostics().items().iter().map(ToString::to_string).collect::<Vec<_>>(),
     })
 }
 
-fn as_text(name: &str, scene: &Scene, estimate: &MemoryEstimate, common: &Common) -> String {
+fn as_text(name: &str, scene: &Scene, memory: &Memory, common: &Common) -> String {
     let counts = SceneCounts::new(scene);
     let mut lines = vec![
         name.to_owned(),
@@ -105,21 +120,28 @@ fn as_text(name: &str, scene: &Scene, estimate: &MemoryEstimate, common: &Common
         )
     });
     lines.extend(scene.cameras().iter().map(|c| format!("  camera       {}", camera(c))));
-    lines.push(memory_line(estimate, common));
+    lines.push(memory_line(memory, common));
     let kinds = findings::by_kind(scene.diagnostics().items());
     lines.extend(kinds.iter().map(|line| format!("  warning      {line}")));
     lines.join("\n") + "\n"
 }
 
-fn memory_line(estimate: &MemoryEstimate, common: &Common) -> String {
+fn memory_line(memory: &Memory, common: &Common) -> String {
     let budget = common.memory.or_else(default_budget_bytes).map_or("unknown".into(), human_bytes);
-    format!(
-        "  memory       about {} for 1920 x 1080 (scene {}, structure {}, film {}); budget {budget}",
-        human_bytes(estimate.total()),
-        human_bytes(estimate.scene),
-        human_bytes(estimate.structure),
-        human_bytes(estimate.film),
-    )
+    match memory {
+        Memory::Whole(whole) => format!(
+            "  memory       about {} for 1920 x 1080 (scene {}, structure {}, film {}); budget {budget}",
+            human_bytes(whole.total()),
+            human_bytes(whole.scene),
+            human_bytes(whole.structure),
+            human_bytes(whole.film),
+        ),
+        Memory::Stored(stored) => format!(
+            "  memory       at least {} for 1920 x 1080, {} more for all pages; budget {budget}",
+            human_bytes(stored.least),
+            human_bytes(stored.all_pages),
+        ),
+    }
 }
 
 fn environment(scene: &Scene) -> String {
