@@ -1,4 +1,5 @@
 //! Running the command in a folder of its own.
+#![allow(dead_code, reason = "each test file uses a part")]
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -28,10 +29,20 @@ impl Workspace {
 
     /// Runs to the end.
     pub(crate) fn run(&self, arguments: &str) -> Outcome {
-        let output = self.command(arguments).output().expect("started");
+        Self::outcome(&mut self.command(arguments))
+    }
+
+    /// Runs to the end in a shell that does something before.
+    pub(crate) fn in_shell(&self, before: &str, arguments: &str) -> Outcome {
+        let script = format!("{before}; exec {} {arguments}", env!("CARGO_BIN_EXE_vastlight"));
+        Self::outcome(Command::new("sh").current_dir(self.0.path()).args(["-c", &script]))
+    }
+
+    fn outcome(command: &mut Command) -> Outcome {
+        let output = command.output().expect("started");
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
         Outcome {
-            code: output.status.code().expect("no signal"),
+            code: output.status.code().unwrap_or_else(|| panic!("{command:?}: {}", output.status)),
             stdout: text(output.stdout),
             stderr: text(output.stderr),
         }
