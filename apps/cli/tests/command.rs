@@ -371,6 +371,34 @@ fn a_source_that_changed_is_noticed() {
 }
 
 #[test]
+fn files_that_a_source_names_are_sources_too() {
+    let work = Workspace::new();
+    let write = |name: &str, text: &str| std::fs::write(work.path(name), text).expect("written");
+    write("mesh.obj", "mtllib mesh.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    write("mesh.mtl", "newmtl red\nKd 1 0 0\nmap_Kd missing.png\n");
+    let buffer = r#""buffers": [{"byteLength": 36, "uri": "mesh.bin"}]"#;
+    let view = r#""bufferViews": [{"buffer": 0, "byteLength": 36}]"#;
+    let accessor = r#""accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+        "min": [0, 0, 0], "max": [0, 0, 0]}]"#;
+    let mesh = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}]"#;
+    write(
+        "mesh.gltf",
+        &format!(r#"{{"asset": {{"version": "2.0"}}, {buffer}, {view}, {accessor}, {mesh}}}"#),
+    );
+    write("mesh.bin", &"\0".repeat(36));
+    assert_eq!(work.run("pack mesh.gltf mesh.obj -o scene.vls -q").code, 0);
+    let info = work.run("info scene.vls").stdout;
+    for name in ["mesh.gltf", "mesh.obj", "mesh.mtl", "mesh.bin"] {
+        assert!(info.contains(&format!("packed from  {name}")), "{name}: {info}");
+    }
+    assert!(!info.contains("packed from  missing.png") && !info.contains("changed since"), "{info}");
+    write("mesh.mtl", "newmtl red\nKd 0 1 0\n");
+    assert!(
+        work.run("render scene.vls -o picture.png -r 16x9 --spp 1").stderr.contains("mesh.mtl has changed")
+    );
+}
+
+#[test]
 fn info_says_what_a_store_needs_at_least_and_that_is_enough() {
     let work = Workspace::new();
     assert_eq!(work.run("pack demo:statue --triangles 100000 -o scene.vls -q").code, 0);

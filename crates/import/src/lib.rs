@@ -29,7 +29,7 @@ pub use limits::Limits;
 pub use texels::decode_image;
 
 use single::single_mesh_scene;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use texels::Deferral;
 use vastlight_scene::{LargeMesh, SceneDesc, SceneStream};
 
@@ -51,7 +51,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError
     match detect(path, &options.limits)? {
         SceneFormat::Gltf => gltf::load(path, options),
         SceneFormat::Ply => ply::load(path, options),
-        SceneFormat::Obj => obj::load(path, options, &mut Deferral::never()),
+        SceneFormat::Obj => obj::read(path, options, &mut Deferral::never()).map(|(desc, _)| desc),
         SceneFormat::Stl => stl::load(path, options),
     }
 }
@@ -63,6 +63,15 @@ pub struct Streamed {
     pub stream: SceneStream,
     /// What comes block by block, behind the meshes of `stream`.
     pub large: Vec<LargeMesh>,
+    /// Files that the scene's file names: buffers, material libraries, images.
+    pub files: Vec<PathBuf>,
+}
+
+/// A scene that comes from no file.
+impl From<SceneStream> for Streamed {
+    fn from(stream: SceneStream) -> Self {
+        Self { stream, large: Vec::new(), files: Vec::new() }
+    }
 }
 
 /// A scene file mesh by mesh, or block by block, and large images row by row; what cannot come so is read as a whole. The scene is
@@ -76,10 +85,11 @@ pub fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportErro
         SceneFormat::Gltf => gltf::stream(path, options),
         SceneFormat::Obj => {
             let mut deferral = Deferral::of_large();
-            let stream = obj::load(path, options, &mut deferral)?.into();
-            Ok(Streamed { stream: SceneStream { rows: deferral.rows, ..stream }, large: Vec::new() })
+            let (desc, files) = obj::read(path, options, &mut deferral)?;
+            let stream = SceneStream { rows: deferral.rows, ..desc.into() };
+            Ok(Streamed { files, ..stream.into() })
         }
-        SceneFormat::Stl => Ok(Streamed { stream: stl::load(path, options)?.into(), large: Vec::new() }),
+        SceneFormat::Stl => Ok(SceneStream::from(stl::load(path, options)?).into()),
     }
 }
 

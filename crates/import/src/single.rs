@@ -5,6 +5,7 @@ use std::path::Path;
 use vastlight_math::{Affine3, Vec3};
 use vastlight_scene::{
     ColorInput, Diagnostics, Instance, LargeMesh, Material, Mesh, PieceInstance, ReadMesh, SceneDesc,
+    SceneStream,
 };
 
 /// A scene with `mesh` once, named after the file.
@@ -30,7 +31,7 @@ pub(crate) fn streamed_mesh(
     let name = desc.names[0].clone();
     let instances = vec![PieceInstance { world_from_object: Affine3::IDENTITY, name: 0 }];
     let large = vec![LargeMesh { name, parts: Vec::new(), instances, triangles, read }];
-    Streamed { stream: desc.into(), large }
+    Streamed { large, ..SceneStream::from(desc).into() }
 }
 
 fn scene_around(path: &Path, colored: bool, diagnostics: Diagnostics) -> SceneDesc {

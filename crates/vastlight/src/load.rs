@@ -82,7 +82,7 @@ pub fn pack_input(
     let streamed = streamed(&placed, options)?;
     let mut input = PackInput {
         large: streamed.large,
-        sources: source_files(sources, &placed, options)?,
+        sources: source_files(sources, &placed, &streamed.files, options)?,
         settings: settings(options),
         held_bytes,
         ..streamed.stream.into()
@@ -137,7 +137,7 @@ fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error>
     let mut merged = Merged::default();
     for Placed { source, transforms } in placed {
         let scene = match source.strip_prefix("demo:") {
-            Some(name) => Streamed { stream: generate::stream(name, &options.generate)?, large: Vec::new() },
+            Some(name) => generate::stream(name, &options.generate)?.into(),
             None => vastlight_import::stream(Path::new(source), &options.import)?,
         };
         merged.add(scene, transforms.clone());
@@ -149,6 +149,7 @@ fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error>
 fn source_files(
     given: &[String],
     placed: &[Placed],
+    named: &[PathBuf],
     options: &LoadOptions,
 ) -> Result<Vec<SourceFile>, Error> {
     let manifests = given.iter().filter(|source| is_manifest(source));
@@ -162,7 +163,9 @@ fn source_files(
         SourceFile::of_path(Path::new(name)).map_err(|e| Error::scene(e.to_string(), name.as_str(), ""))
     };
     let mut files = names.iter().map(file).collect::<Result<Vec<_>, Error>>()?;
-    files.extend(options.environment.iter().filter_map(|path| SourceFile::of_path(path).ok()));
+    // What is not there was a warning.
+    let others = named.iter().chain(&options.environment);
+    files.extend(others.filter_map(|path| SourceFile::of_path(path).ok()));
     Ok(files)
 }
 
@@ -197,7 +200,7 @@ pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error>
     if !is_manifest(source) {
         return Ok(vastlight_import::load(Path::new(source), &options.import)?);
     }
-    let Streamed { stream, large } = streamed(&placed(&[source.to_owned()])?, options)?;
+    let Streamed { stream, large, .. } = streamed(&placed(&[source.to_owned()])?, options)?;
     let mut desc = stream.collect()?;
     for large in large {
         let (mesh, instances) = (desc.meshes.len() as u32, large.instances.clone());

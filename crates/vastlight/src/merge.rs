@@ -1,6 +1,7 @@
 //! Several scenes as one: tables stand behind each other, and what refers to them is moved.
 
 use std::collections::VecDeque;
+use std::path::PathBuf;
 use vastlight_import::Streamed;
 use vastlight_math::Affine3;
 use vastlight_scene::{
@@ -15,6 +16,7 @@ pub(crate) struct Merged {
     large: Vec<LargeMesh>,
     triangles: Option<u64>,
     rows: Vec<ImageRows>,
+    files: Vec<PathBuf>,
 }
 
 impl Default for Merged {
@@ -25,6 +27,7 @@ impl Default for Merged {
             large: Vec::new(),
             triangles: Some(0),
             rows: Vec::new(),
+            files: Vec::new(),
         }
     }
 }
@@ -94,7 +97,8 @@ impl Iterator for MovedPieces {
 impl Merged {
     /// Adds a scene at each of the given places; its cameras come along to the first.
     pub(crate) fn add(&mut self, scene: Streamed, transforms: Vec<Affine3>) {
-        let Streamed { stream, large } = scene;
+        let Streamed { stream, large, files } = scene;
+        self.files.extend(files);
         let SceneStream { desc: own, pieces, triangles, rows } = stream;
         let images = self.desc.images.len() as u32;
         self.rows.extend(rows.into_iter().map(|rows| ImageRows { image: rows.image + images, ..rows }));
@@ -139,9 +143,9 @@ impl Merged {
 
     /// All of them as one.
     pub(crate) fn finish(self) -> Streamed {
-        let Self { desc, pieces, large, triangles, rows } = self;
+        let Self { desc, pieces, large, triangles, rows, files } = self;
         let pieces = Box::new(pieces);
-        Streamed { stream: SceneStream { pieces, triangles, rows, ..desc.into() }, large }
+        Streamed { stream: SceneStream { pieces, triangles, rows, ..desc.into() }, large, files }
     }
 }
 
@@ -153,7 +157,7 @@ mod tests {
 
     fn demo(name: &str) -> Streamed {
         let options = GenerateOptions::default();
-        Streamed { stream: stream(name, &options).expect("a demo"), large: Vec::new() }
+        stream(name, &options).expect("a demo").into()
     }
 
     #[test]

@@ -6,11 +6,12 @@ use super::json::Json;
 use super::mesh::{self, Context, Shape};
 use super::node::{self, Placed};
 use super::texture::Textures;
+use super::uri::{self, Uri};
 use super::{camera, extras, image, light, material, morph, skin};
 use crate::LoadOptions;
 use crate::texels::{Deferral, Loaded};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicU64;
 use vastlight_math::Affine3;
 use vastlight_math::glam::DAffine3;
@@ -25,6 +26,16 @@ pub(super) struct Parsed {
     pub(super) shapes: Vec<Shape>,
     /// What meshes are made of.
     pub(super) context: Context,
+    /// Files that the document names.
+    pub(super) files: Vec<PathBuf>,
+}
+
+/// The files of buffers and images.
+fn files(root: &Json<'_>, directory: &Path) -> Vec<PathBuf> {
+    let named = ["buffers", "images"].into_iter().flat_map(|table| root.list(table));
+    let uris = named.filter_map(|json| json.at("uri").text()).filter(|uri| !uri.starts_with("data:"));
+    let file = |uri: &str| if let Uri::File(path) = uri::resolve(uri, directory) { Some(path) } else { None };
+    uris.filter_map(file).collect()
 }
 
 /// Builds the description of the chosen scene.
@@ -53,7 +64,13 @@ pub(super) fn assemble(
     let joints = pose_skins(root, &data, &placed, &shapes);
     let meshes = root.list("meshes").iter().map(Json::owned).collect();
     let (limits, budget) = (options.limits, AtomicU64::new(data.geometry_budget()));
-    Parsed { desc, shapes, context: Context { meshes, data, default_material, joints, limits, budget } }
+    let files = files(root, directory);
+    Parsed {
+        desc,
+        shapes,
+        files,
+        context: Context { meshes, data, default_material, joints, limits, budget },
+    }
 }
 
 /// The joints' matrices of every skin in use.

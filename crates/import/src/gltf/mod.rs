@@ -64,7 +64,7 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, Impo
 /// The scene in a file with its meshes; an empty one if an error stands in `findings`.
 fn load_blob(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Findings) -> SceneDesc {
     let parsed = parse(file, path, options, &mut Deferral::never(), findings);
-    let Some(Parsed { mut desc, shapes, context }) = parsed else {
+    let Some(Parsed { mut desc, shapes, context, .. }) = parsed else {
         return SceneDesc::default();
     };
     let built: Vec<(Mesh, Findings)> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();

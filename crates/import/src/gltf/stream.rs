@@ -26,10 +26,10 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     let place = path.display().to_string();
     let mut deferral = Deferral::of_large();
     let parsed = parse(&file, path, options, &mut deferral, &mut findings);
-    let Some(Parsed { mut desc, shapes, context }) = parsed else {
+    let Some(Parsed { mut desc, shapes, context, files }) = parsed else {
         let mut desc = vastlight_scene::SceneDesc::default();
         findings.report(&place, &mut desc.diagnostics);
-        return Ok(Streamed { stream: desc.into(), large: Vec::new() });
+        return Ok(SceneStream::from(desc).into());
     };
     findings.report(&place, &mut desc.diagnostics);
     let count = |shape: &Shape| triangles(&context.meshes[shape.mesh], |index| context.data.accessor(index));
@@ -47,7 +47,7 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     };
     let pieces = read_ahead(shapes.into_iter().zip(placements), AHEAD, make);
     let stream = SceneStream { desc, pieces, triangles: Some(triangles), rows: deferral.rows };
-    Ok(Streamed { stream, large: Vec::new() })
+    Ok(Streamed { files, ..stream.into() })
 }
 
 /// Triangles of a mesh as its accessors say.

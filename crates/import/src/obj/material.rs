@@ -17,6 +17,7 @@ const GLASS_IOR: f32 = 1.5;
 /// The material libraries of an OBJ file.
 pub(super) struct Library {
     materials: Vec<MtlMaterial>,
+    files: Vec<PathBuf>,
     directory: PathBuf,
     /// The OBJ file, for messages.
     place: String,
@@ -26,7 +27,8 @@ impl Library {
     /// Reads the libraries that `mtllib` statements name; missing ones are named in warnings.
     pub(super) fn load(statements: &[String], path: &Path, limits: &Limits, found: &mut Diagnostics) -> Self {
         let directory = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        let mut library = Self { materials: Vec::new(), directory, place: path.display().to_string() };
+        let mut library =
+            Self { materials: Vec::new(), files: Vec::new(), directory, place: path.display().to_string() };
         for statement in statements {
             let whole = textures::locate(&statement.replace('\\', "/"), &library.directory);
             if whole.is_file() {
@@ -44,12 +46,24 @@ impl Library {
     fn read(&mut self, file: &Path, limits: &Limits, found: &mut Diagnostics) {
         let materials = Source::open(file, limits).and_then(|source| mtl::parse(source, limits, found));
         match materials {
-            Ok(materials) => self.materials.extend(materials),
+            Ok(materials) => {
+                self.materials.extend(materials);
+                self.files.push(file.to_owned());
+            }
             Err(e) => {
                 let what = format!("the material library \"{}\" cannot be read: {}", file.display(), e.what);
                 found.warn(what, &self.place, "its materials are neutral");
             }
         }
+    }
+
+    /// The libraries, and the images that their materials name.
+    pub(super) fn files(&self) -> Vec<PathBuf> {
+        let maps = self.materials.iter().flat_map(|material| material.maps.iter().flatten());
+        let mut images: Vec<PathBuf> = maps.map(|map| textures::locate(&map.file, &self.directory)).collect();
+        images.sort();
+        images.dedup();
+        self.files.iter().cloned().chain(images).collect()
     }
 
     fn find(&self, name: &str) -> Option<&MtlMaterial> {

@@ -16,16 +16,16 @@ mod textures;
 use crate::texels::Deferral;
 use crate::{ImportError, LoadOptions};
 use material::Library;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vastlight_math::Affine3;
 use vastlight_scene::{Diagnostics, Instance, SceneDesc};
 
-/// Reads an OBJ file and the material libraries it names. Texels of images that `deferral` is for come later.
-pub(crate) fn load(
+/// Reads an OBJ file and the files that it names. Texels of images that `deferral` is for come later.
+pub(crate) fn read(
     path: &Path,
     options: &LoadOptions,
     deferral: &mut Deferral,
-) -> Result<SceneDesc, ImportError> {
+) -> Result<(SceneDesc, Vec<PathBuf>), ImportError> {
     let mut diagnostics = Diagnostics::default();
     let source = crate::scan::Source::open(path, &options.limits)?;
     let parsed = parse::parse(source, &options.limits, &mut diagnostics)?;
@@ -40,7 +40,7 @@ pub(crate) fn load(
         let id = i as u32;
         desc.instances.push(Instance { world_from_object: Affine3::IDENTITY, mesh: id, name: id });
     }
-    Ok(desc)
+    Ok((desc, library.files()))
 }
 
 #[cfg(test)]

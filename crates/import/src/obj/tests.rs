@@ -13,7 +13,7 @@ fn load_limited(obj: &str, files: &[(&str, &[u8])], options: &LoadOptions) -> Re
     for (name, content) in files {
         fs::write(folder.path().join(name), content).expect("written");
     }
-    load(&path, options, &mut Deferral::never())
+    read(&path, options, &mut Deferral::never()).map(|(desc, _)| desc)
 }
 
 fn load_with(obj: &str, files: &[(&str, &[u8])]) -> Result<SceneDesc, ImportError> {
