@@ -85,8 +85,19 @@ pub fn pack_within(
     textures::pack(&mut desc, stream.rows, config.tile_bytes, &mut writer)?;
     let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let done = PackProgress { triangles: 0, total, resumed: 0 };
-    let mut packing =
-        Packing { desc, preparation, config, writer, budget, folder, found: BTreeMap::new(), control, done };
+    let mut packing = Packing {
+        desc,
+        preparation,
+        config,
+        writer,
+        budget,
+        folder,
+        found: BTreeMap::new(),
+        control,
+        done,
+        large: false,
+        meshes_done: 0,
+    };
     let packed = packing.run(stream.pieces, large);
     let Packing { desc, writer, .. } = packing;
     if let Err(error) = packed {
@@ -129,6 +140,8 @@ struct Kept {
     instances: Vec<PieceInstance>,
     found: Vec<Diagnostic>,
     triangles: u64,
+    /// Whether it came block by block.
+    large: bool,
 }
 
 /// A step, as the journal has it.
@@ -155,27 +168,26 @@ struct Packing<'c> {
     found: BTreeMap<String, u32>,
     control: PackControl<'c>,
     done: PackProgress,
+    /// Whether the pieces are done, and it is the turn of large meshes.
+    large: bool,
+    /// Of those whose turn it is, how many are done.
+    meshes_done: usize,
 }
 
 impl Packing<'_> {
     fn run(&mut self, mut pieces: vastlight_scene::Pieces, large: Vec<LargeMesh>) -> Result<(), Error> {
         self.resume()?;
-        let mut skip = self.desc.meshes.len();
         // Large meshes stand behind all pieces.
-        let mut next = match skip.checked_sub(1) {
-            Some(last) => pieces.nth(last).map(drop).and_then(|()| pieces.next()),
-            None => pieces.next(),
-        };
+        let mut next = if self.large { None } else { pieces.nth(self.meshes_done) };
         let mut batch = Vec::new();
-        let mut seen = skip;
         while let Some(piece) = next {
             self.add_piece(piece?, &mut batch)?;
-            seen += 1;
             next = pieces.next();
         }
         self.add(&mut batch)?;
-        skip = skip.saturating_sub(seen.min(skip));
-        large.into_iter().skip(skip).try_for_each(|mesh| self.add_large(mesh))
+        let done = if self.large { self.meshes_done } else { 0 };
+        self.large = true;
+        large.into_iter().skip(done).try_for_each(|mesh| self.add_large(mesh))
     }
 
     /// Takes over what an earlier run has done.
@@ -236,7 +248,7 @@ impl Packing<'_> {
         } else {
             Mesh { name: mesh.name, parts: mesh.parts, ..Mesh::default() }
         };
-        Kept { mesh, instances, found: diagnostics, triangles }
+        Kept { mesh, instances, found: diagnostics, triangles, large: self.large }
     }
 
     fn shines(&self, mesh: &Mesh) -> bool {
@@ -282,7 +294,13 @@ impl Packing<'_> {
             return self.add(&mut vec![Piece { mesh, instances: large.instances, ..Piece::default() }]);
         }
         let found = self.add_buckets(&large.name, spooled)?;
-        self.note(Step::Meshes(vec![Kept { mesh, instances: large.instances, found, triangles: 0 }]))
+        self.note(Step::Meshes(vec![Kept {
+            mesh,
+            instances: large.instances,
+            found,
+            triangles: 0,
+            large: true,
+        }]))
     }
 
     /// Packs a mesh on disk bucket by bucket, and puts the tree above them. What was found about its triangles.
@@ -321,6 +339,8 @@ impl Packing<'_> {
     fn keep(&mut self, kept: Kept) {
         let number = self.desc.meshes.len() as u32;
         self.done.triangles += kept.triangles;
+        self.meshes_done = if kept.large == self.large { self.meshes_done + 1 } else { 1 };
+        self.large = kept.large;
         for diagnostic in kept.found {
             let times = self.found.entry(diagnostic.what.clone()).or_default();
             *times += 1;

@@ -112,28 +112,37 @@ fn a_mesh_in_memory_goes_through_the_disk_as_well() {
 #[test]
 fn a_pack_that_was_stopped_goes_on_and_gives_the_same_bytes() {
     let (folder, ply) = folder();
-    let (once, target) = (folder.path().join("once.vls"), folder.path().join("scene.vls"));
-    let steps = pack(&[&ply], &once, Some(SMALL)).expect("packs");
-    for stop in 1..steps {
-        let error = pack_until(&[&ply], &target, Some(SMALL), stop).expect_err("stopped");
-        assert_eq!(error.class, ErrorClass::Interrupted);
-        assert_eq!(files(folder.path()), ["once.vls", "scene.vls.journal", "scene.vls.part", "statue.ply"]);
-        if stop % 2 == 0 {
-            // What stands behind the last step is not believed.
-            let part = folder.path().join("scene.vls.part");
-            let file = std::fs::OpenOptions::new().append(true).open(part).expect("opens");
-            std::io::Write::write_all(&mut &file, b"half a page").expect("writes");
-        }
-        let left = pack(&[&ply], &target, Some(SMALL)).expect("packs");
-        assert_eq!(left, steps - stop);
-        let read = |path: &Path| std::fs::read(path).expect("reads");
-        assert!(read(&once) == read(&target), "stopped after {stop}");
-        std::fs::remove_file(&target).expect("removes");
-    }
-    assert_eq!(files(folder.path()), ["once.vls", "statue.ply"]);
+    let other = folder.path().join("other.ply");
+    std::fs::copy(&ply, &other).expect("copies");
+    stopped_after_each_step(folder.path(), &[&ply], SMALL);
+    // A demo makes pieces ahead.
+    stopped_after_each_step(folder.path(), &[&ply, Path::new("demo:cornell"), &other], SMALL + (64 << 20));
     // Another budget cuts otherwise: nothing of the first is used.
+    let target = folder.path().join("scene.vls");
     pack_until(&[&ply], &target, Some(SMALL), 2).expect_err("stopped");
     assert_eq!(pack(&[&ply], &target, None).expect("packs"), 1);
+}
+
+fn stopped_after_each_step(folder: &Path, sources: &[&Path], memory: u64) {
+    let (once, target) = (folder.join("once.vls"), folder.join("scene.vls"));
+    let steps = pack(sources, &once, Some(memory)).expect("packs");
+    for stop in 1..=steps {
+        let error = pack_until(sources, &target, Some(memory), stop).expect_err("stopped");
+        assert_eq!(error.class, ErrorClass::Interrupted);
+        let unfinished = ["once.vls", "other.ply", "scene.vls.journal", "scene.vls.part", "statue.ply"];
+        assert_eq!(files(folder), unfinished);
+        if stop % 2 == 0 {
+            // What stands behind the last step is not believed.
+            let file = std::fs::OpenOptions::new().append(true).open(folder.join("scene.vls.part"));
+            std::io::Write::write_all(&mut &file.expect("opens"), b"half a page").expect("writes");
+        }
+        let left = pack(sources, &target, Some(memory)).expect("packs");
+        assert_eq!(left, steps - stop);
+        let read = |path: &Path| std::fs::read(path).expect("reads");
+        assert!(read(&once) == read(&target), "stopped after {stop} of {steps}");
+        std::fs::remove_file(&target).expect("removes");
+    }
+    std::fs::remove_file(&once).expect("removes");
 }
 
 #[test]
