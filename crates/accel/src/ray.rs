@@ -53,6 +53,23 @@ impl BoxRay {
         let slab = |axis: usize| near(axis) * self.reciprocal[axis] - self.near_offset[axis];
         slab(0).max(slab(1)).max(slab(2))
     }
+
+    /// Whether the ray meets a box between two parameters, margin included.
+    #[must_use]
+    pub fn meets(&self, bounds: &Aabb, t_min: f32, t_max: f32) -> bool {
+        let far =
+            |axis: usize| if self.enters_by_upper[axis] == 1 { bounds.min[axis] } else { bounds.max[axis] };
+        let slab = |axis: usize| far(axis) * self.reciprocal[axis] - self.far_offset[axis];
+        self.enter(bounds).max(t_min) <= slab(0).min(slab(1)).min(slab(2)).min(t_max)
+    }
+}
+
+/// How much wider than they are boxes are taken, on each side, for rays whose origin and geometry have coordinates that
+/// add up to `reach`, `factor` times what meshes need.
+#[inline(always)]
+#[must_use]
+pub fn box_margin(reach: f32, factor: f32) -> f32 {
+    reach * (NODE_MARGIN * factor)
 }
 
 /// A ray in a space, its direction scaled by a power of two so that no product under- or overflows.
@@ -101,8 +118,7 @@ impl ScaledRay {
     #[must_use]
     pub fn for_boxes(&self, extent: f32, margin_factor: f32) -> BoxRay {
         let (o, d) = (self.origin.to_array(), self.direction.to_array());
-        let reach = self.origin.abs().max_element() + extent;
-        let margin = reach * (NODE_MARGIN * margin_factor);
+        let margin = box_margin(self.origin.abs().max_element() + extent, margin_factor);
         let smallest = self.direction.abs().max_element() * SMALLEST_COMPONENT;
         let reciprocal = d.map(|d| 1.0 / if d.abs() < smallest { smallest.copysign(d) } else { d });
         BoxRay {

@@ -3,7 +3,7 @@
 use crate::ExportError;
 use std::cell::Cell;
 use vastlight_scene::{
-    Instance, Mesh, MeshPreparation, Piece, PieceInstance, Scene, SceneError, SceneStream, can_be_placed,
+    Instances, Mesh, MeshPreparation, Piece, PieceInstance, Scene, SceneError, SceneStream, can_be_placed,
 };
 
 /// What is done with a mesh and its placements.
@@ -24,7 +24,7 @@ pub(crate) trait Source {
     fn placements(&self, visit: &mut Visit<'_>) -> Result<(), ExportError>;
 
     /// All placements, if they are in memory.
-    fn instances(&self) -> Option<&[Instance]>;
+    fn instances(&self) -> Option<&Instances>;
 }
 
 impl Source for Scene {
@@ -47,7 +47,7 @@ impl Source for Scene {
         })
     }
 
-    fn instances(&self) -> Option<&[Instance]> {
+    fn instances(&self) -> Option<&Instances> {
         Some(Self::instances(self))
     }
 }
@@ -116,7 +116,7 @@ impl Source for Streamed<'_> {
         self.meshes(visit)
     }
 
-    fn instances(&self) -> Option<&[Instance]> {
+    fn instances(&self) -> Option<&Instances> {
         None
     }
 }

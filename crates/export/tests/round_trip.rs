@@ -36,7 +36,7 @@ fn glb_gives_back_every_demo() {
         let back = reloaded(&written(&scene, directory.path(), &format!("{name}.glb")));
         assert_eq!(back.meshes().len(), scene.meshes().len(), "{name}");
         assert_eq!(scene.instances().len(), back.instances().len(), "{name}");
-        for (a, b) in scene.instances().iter().zip(back.instances()) {
+        for (a, b) in scene.instances().iter().zip(back.instances().iter()) {
             assert_eq!(a.world_from_object, b.world_from_object, "{name}");
             // A reader may number meshes in the order of use.
             check_mesh(name, &scene.meshes()[a.mesh as usize], &back.meshes()[b.mesh as usize]);

@@ -2,10 +2,11 @@
 
 use crate::tangents::{self, tangent_sets};
 use crate::{
-    Camera, Diagnostic, Diagnostics, Environment, Image, Instance, Lattice, Light, Material, Mesh, Part,
+    Camera, Diagnostic, Diagnostics, Environment, Image, Instances, Lattice, Light, Material, Mesh, Part,
     SceneDesc, SceneError, Sky, Texture,
 };
 use rayon::prelude::*;
+use std::sync::Arc;
 use vastlight_math::{Aabb, Affine3, Vec3};
 
 /// A scene that has been checked: every index is in range, every position finite and on its mesh's lattice, there is
@@ -13,6 +14,7 @@ use vastlight_math::{Aabb, Affine3, Vec3};
 #[derive(Clone, Debug)]
 pub struct Scene {
     desc: SceneDesc,
+    instances: Arc<Instances>,
     environment: Environment,
     bounds: Aabb,
     extents: Vec<MeshExtent>,
@@ -77,6 +79,7 @@ impl Scene {
         if desc.materials.is_empty() {
             desc.materials.push(Material::new("neutral"));
         }
+        let instances = Instances::new(std::mem::take(&mut desc.instances), desc.meshes.len())?;
         check_indices(&desc)?;
         let preparation = MeshPreparation::new(&desc);
         let mut meshes = std::mem::take(&mut desc.meshes);
@@ -87,36 +90,41 @@ impl Scene {
         let own = |mesh: &Mesh| MeshExtent { bounds: mesh.bounds(), triangles: mesh.triangles.len() as u64 };
         let extents = meshes.par_iter().map(own).collect();
         desc.meshes = meshes;
-        Ok(Self::complete(desc, extents))
+        Ok(Self::complete(desc, instances, extents))
     }
 
     /// A scene whose meshes went through [`MeshPreparation`] and of which some are elsewhere: those have names and parts
-    /// alone. `extents` says what all meshes are.
+    /// alone. `instances` stand in the place of those of `desc`; `extents` says what all meshes are.
     ///
     /// # Errors
     /// The first index out of range.
-    pub fn with_meshes_elsewhere(desc: SceneDesc, extents: Vec<MeshExtent>) -> Result<Self, SceneError> {
-        if desc.materials.is_empty() || extents.len() != desc.meshes.len() {
+    pub fn with_meshes_elsewhere(
+        desc: SceneDesc,
+        instances: Instances,
+        extents: Vec<MeshExtent>,
+    ) -> Result<Self, SceneError> {
+        let meshes = desc.meshes.len();
+        if desc.materials.is_empty() || extents.len() != meshes || instances.starts().len() != meshes {
             return Err(SceneError::new("a table is missing", "scene", ""));
         }
         check_indices(&desc)?;
         desc.meshes.iter().try_for_each(|mesh| check_mesh(mesh, desc.materials.len()))?;
-        Ok(Self::complete(desc, extents))
+        Ok(Self::complete(desc, instances, extents))
     }
 
     /// Adds what a description lacks.
-    fn complete(mut desc: SceneDesc, extents: Vec<MeshExtent>) -> Self {
-        drop_singular_instances(&mut desc);
-        desc.instances.sort_by_key(|instance| instance.mesh);
-        let bounds = world_bounds(&desc, &extents);
+    fn complete(mut desc: SceneDesc, mut instances: Instances, extents: Vec<MeshExtent>) -> Self {
+        desc.instances = Vec::new();
+        drop_singular_instances(&mut instances, &mut desc.diagnostics);
+        let bounds = world_bounds(&instances, &extents);
         if desc.cameras.is_empty() {
             desc.cameras.push(Camera::framing(&bounds));
         }
         let environment = environment_or_sky(&mut desc);
-        Self { desc, environment, bounds, extents }
+        Self { desc, instances: Arc::new(instances), environment, bounds, extents }
     }
 
-    /// The description, completed.
+    /// The description, completed, without the instances.
     #[must_use]
     pub fn desc(&self) -> &SceneDesc {
         &self.desc
@@ -136,14 +144,20 @@ impl Scene {
 
     /// Placements of meshes, in the order of the meshes; an instance's number is its id.
     #[must_use]
-    pub fn instances(&self) -> &[Instance] {
-        &self.desc.instances
+    pub fn instances(&self) -> &Instances {
+        &self.instances
+    }
+
+    /// The same to be kept.
+    #[must_use]
+    pub fn shared_instances(&self) -> Arc<Instances> {
+        Arc::clone(&self.instances)
     }
 
     /// The name of an instance.
     #[must_use]
     pub fn instance_name(&self, instance: u32) -> &str {
-        self.name(self.desc.instances[instance as usize].name)
+        self.name(self.instances.name(instance as usize))
     }
 
     /// The name that instances refer to by this number; empty where there is none.
@@ -209,18 +223,14 @@ impl Scene {
     /// Triangles in all instances.
     #[must_use]
     pub fn instanced_triangles(&self) -> u64 {
-        self.desc.instances.iter().map(|i| self.extents[i.mesh as usize].triangles).sum()
+        let placed =
+            |(mesh, extent): (u32, &MeshExtent)| extent.triangles * self.instances.of_mesh(mesh).len() as u64;
+        (0..).zip(&self.extents).map(placed).sum()
     }
 }
 
 /// Every index between tables is in range, every attribute array has its length.
 fn check_indices(desc: &SceneDesc) -> Result<(), SceneError> {
-    let place = |i: usize| format!("instance {i}");
-    for (i, instance) in desc.instances.iter().enumerate() {
-        if instance.mesh as usize >= desc.meshes.len() {
-            return Err(SceneError::new(format!("mesh {} does not exist", instance.mesh), place(i), ""));
-        }
-    }
     for (i, texture) in desc.textures.iter().enumerate() {
         if texture.image as usize >= desc.images.len() {
             return Err(SceneError::new(
@@ -339,12 +349,10 @@ pub fn can_be_placed(world_from_object: &Affine3) -> bool {
     world_from_object.is_finite() && world_from_object.inverse().is_finite()
 }
 
-fn drop_singular_instances(desc: &mut SceneDesc) {
-    let before = desc.instances.len();
-    desc.instances.retain(|i| can_be_placed(&i.world_from_object));
-    let dropped = before - desc.instances.len();
+fn drop_singular_instances(instances: &mut Instances, diagnostics: &mut Diagnostics) {
+    let dropped = instances.drop_singular();
     if dropped > 0 {
-        desc.diagnostics.warn(
+        diagnostics.warn(
             format!("{dropped} instances have a matrix that is singular or not finite"),
             "instances",
             "they are left out",
@@ -352,11 +360,17 @@ fn drop_singular_instances(desc: &mut SceneDesc) {
     }
 }
 
-fn world_bounds(desc: &SceneDesc, extents: &[MeshExtent]) -> Aabb {
-    desc.instances
-        .iter()
-        .map(|i| extents[i.mesh as usize].bounds.transformed(&i.world_from_object))
-        .fold(Aabb::EMPTY, Aabb::union)
+/// Instances that one thread looks at at a time.
+const CHUNK: usize = 1 << 12;
+
+fn world_bounds(instances: &Instances, extents: &[MeshExtent]) -> Aabb {
+    let bounds = |i: usize| extents[instances.mesh(i) as usize].bounds.transformed(instances.map(i));
+    let around =
+        |first: usize| (first..instances.len().min(first + CHUNK)).map(bounds).fold(Aabb::EMPTY, Aabb::union);
+    // Chunks of a fixed size, so that not even the sign of a zero depends on the threads.
+    let parts: Vec<Aabb> =
+        (0..instances.len().div_ceil(CHUNK)).into_par_iter().map(|i| around(i * CHUNK)).collect();
+    parts.into_iter().fold(Aabb::EMPTY, Aabb::union)
 }
 
 /// What the description says, or a sky where nothing else lights the scene.
@@ -383,6 +397,7 @@ fn environment_or_sky(desc: &mut SceneDesc) -> Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Instance;
 
     fn one_triangle() -> SceneDesc {
         SceneDesc {

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 /// What a store starts with.
 pub const MAGIC: [u8; 8] = *b"vastlite";
 /// The version of the format that this code reads and writes.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 /// Bytes before the first page.
 pub const HEADER_BYTES: u64 = 4096;
 /// Pages start at multiples of this.
@@ -65,19 +65,25 @@ pub enum Section {
     AttributesOfPage = 7,
     /// By page of attributes: the place in its page of geometry of its first triangle, u16.
     FirstTriangles = 8,
-    /// [`InstanceRow`] of each instance.
+    /// [`InstanceRow`] of each instance, in the order of their meshes.
     Instances = 9,
     /// [`TextureRow`] of each image whose texels are in tiles.
     Textures = 10,
     /// [`EntryRow`] of each tile.
     Tiles = 11,
+    /// By mesh, its first instance, u32.
+    InstancesOfMesh = 12,
+    /// By mesh, the name of all its instances, u32; or [`Section::NamesOfInstances`].
+    NamesOfMeshes = 13,
+    /// By instance, its name, u32.
+    NamesOfInstances = 14,
     /// What the scene was made of, as `postcard` writes a list of `SourceFile`.
     Sources = 16,
 }
 
 impl Section {
     /// All of them, by number.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 15] = [
         Self::Scene,
         Self::Meshes,
         Self::Nodes,
@@ -89,6 +95,9 @@ impl Section {
         Self::Instances,
         Self::Textures,
         Self::Tiles,
+        Self::InstancesOfMesh,
+        Self::NamesOfMeshes,
+        Self::NamesOfInstances,
         Self::Sources,
     ];
 
@@ -107,6 +116,9 @@ impl Section {
             Self::Instances => "instances",
             Self::Textures => "textures",
             Self::Tiles => "tile directory",
+            Self::InstancesOfMesh => "instances of meshes",
+            Self::NamesOfMeshes => "names of meshes",
+            Self::NamesOfInstances => "names of instances",
             Self::Sources => "sources",
         }
     }
@@ -160,17 +172,8 @@ pub struct EntryRow {
     pub crc32: u32,
 }
 
-/// A placement of a mesh.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct InstanceRow {
-    /// Object space to world space: three columns and an offset.
-    pub columns: [[f32; 3]; 4],
-    /// Number of the mesh.
-    pub mesh: u32,
-    /// Number of the name.
-    pub name: u32,
-}
+/// A placement of a mesh: object space to world space, three columns and an offset.
+pub type InstanceRow = vastlight_math::Affine3;
 
 /// An image whose texels are in tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
@@ -205,6 +208,9 @@ mod tests {
             size_of::<PageRoot>(),
             size_of::<PackedNode>(),
         ];
-        assert_eq!(found, [40, 24, 104, 16, 56, 16, 256, 32, 92]);
+        let row = InstanceRow::from_cols_array(&std::array::from_fn(|i| i as f32));
+        let numbers: &[f32] = bytemuck::cast_slice(bytemuck::bytes_of(&row));
+        assert!(numbers.iter().zip(0..12).all(|(&x, i)| x == i as f32));
+        assert_eq!(found, [40, 24, 104, 16, 48, 16, 256, 32, 92]);
     }
 }

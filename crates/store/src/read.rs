@@ -9,16 +9,19 @@ use crate::pack::PageStrategy;
 use crate::source::SourceFile;
 use crate::tiles::{StoredTexture, TileGrid};
 use crate::write::header_crc32;
-use bytemuck::{Pod, Zeroable, pod_collect_to_vec};
+use bytemuck::{Pod, Zeroable, cast_slice_mut, zeroed_vec};
+use crc32fast::Hasher;
 use std::sync::Arc;
 use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
 use vastlight_accel::wide::{ChildRef, Node8};
-use vastlight_math::{Aabb, Affine3, Vec3};
+use vastlight_math::{Aabb, Vec3};
 use vastlight_paging::{Directory, PageEntry, Source};
-use vastlight_scene::{Content, Image, Instance, MeshExtent, SceneDesc};
+use vastlight_scene::{Content, Image, InstanceNames, Instances, MeshExtent, SceneDesc};
 
 /// Most levels of a tree that is believed.
 const MOST_LEVELS: u32 = 512;
+/// Most bytes of a section that are read at a time.
+const READ_BYTES: usize = 16 << 20;
 /// Most bytes of a page that is believed.
 pub const MOST_PAGE_BYTES: u32 = 1 << 18;
 
@@ -27,6 +30,8 @@ pub const MOST_PAGE_BYTES: u32 = 1 << 18;
 pub struct Store {
     /// Everything but geometry, and that of meshes that shine.
     pub desc: SceneDesc,
+    /// Placements of the meshes.
+    pub instances: Instances,
     /// Sizes of the meshes.
     pub extents: Vec<MeshExtent>,
     /// Where all else is.
@@ -66,7 +71,7 @@ impl Store {
     pub fn open(source: Arc<dyn Source>) -> Result<Self, StoreError> {
         let file = StoreFile::open(&*source)?;
         let scene = file.bytes(Section::Scene)?;
-        let mut desc: SceneDesc =
+        let desc: SceneDesc =
             postcard::from_bytes(&scene).map_err(|error| file.damaged(Section::Scene, &error.to_string()))?;
         drop(scene);
         let rows: Vec<MeshRow> = file.rows(Section::Meshes)?;
@@ -74,9 +79,8 @@ impl Store {
         let attributes = file.directory(Section::Attributes)?;
         let meshes = file.meshes(&rows, geometry.pages())?;
         let index = file.attribute_index(geometry.pages(), attributes.pages())?;
-        let instances: Vec<InstanceRow> = file.rows(Section::Instances)?;
-        desc.instances = instances.iter().map(instance).collect();
-        if rows.len() != desc.meshes.len() {
+        let instances = file.instances()?;
+        if rows.len() != desc.meshes.len() || rows.len() != instances.starts().len() {
             return Err(file.damaged(Section::Scene, "has other meshes"));
         }
         let tiles = file.directory(Section::Tiles)?;
@@ -99,19 +103,13 @@ impl Store {
             tiles,
             sources,
         };
-        Ok(Self { desc, extents, pages })
+        Ok(Self { desc, instances, extents, pages })
     }
 }
 
 fn extent(row: &MeshRow) -> MeshExtent {
     let [min, max] = row.object_bounds.map(Vec3::from);
     MeshExtent { bounds: Aabb { min, max }, triangles: row.triangles }
-}
-
-fn instance(row: &InstanceRow) -> Instance {
-    let [x, y, z, translation] = row.columns.map(Vec3::from);
-    let world_from_object = Affine3 { matrix3: vastlight_math::Mat3::from_cols(x, y, z), translation };
-    Instance { world_from_object, mesh: row.mesh, name: row.name }
 }
 
 /// The resident parts of a file.
@@ -162,28 +160,49 @@ impl<'s> StoreFile<'s> {
         StoreError::damaged(self.source.name(), format!("{}: {what}", section.name()))
     }
 
+    fn has(&self, section: Section) -> bool {
+        self.sections.iter().any(|row| row.kind == section as u32)
+    }
+
     /// The bytes of a section, checked.
     fn bytes(&self, section: Section) -> Result<Vec<u8>, StoreError> {
+        self.rows(section)
+    }
+
+    /// The rows of a section, checked.
+    fn rows<T: Pod>(&self, section: Section) -> Result<Vec<T>, StoreError> {
         let row = self.sections.iter().find(|row| row.kind == section as u32);
         let row = row.ok_or_else(|| self.damaged(section, "is missing"))?;
         if row.offset.checked_add(row.bytes).is_none_or(|end| end > self.bytes) {
             return Err(self.damaged(section, "is not in the file"));
         }
-        let mut bytes = vec![0; row.bytes as usize];
-        self.source.read(row.offset, &mut bytes)?;
-        if crc32fast::hash(&bytes) != row.crc32 {
-            return Err(self.damaged(section, "the checksum is wrong"));
-        }
-        Ok(bytes)
-    }
-
-    /// The rows of a section.
-    fn rows<T: Pod>(&self, section: Section) -> Result<Vec<T>, StoreError> {
-        let bytes = self.bytes(section)?;
-        if !bytes.len().is_multiple_of(size_of::<T>()) {
+        if !row.bytes.is_multiple_of(size_of::<T>() as u64) {
             return Err(self.damaged(section, "is no whole number of rows"));
         }
-        Ok(pod_collect_to_vec(&bytes))
+        let mut rows: Vec<T> = zeroed_vec(row.bytes as usize / size_of::<T>());
+        let (mut offset, mut hasher) = (row.offset, Hasher::new());
+        // Piece by piece, since sources may have buffers of their own.
+        for piece in cast_slice_mut::<T, u8>(&mut rows).chunks_mut(READ_BYTES) {
+            self.source.read(offset, piece)?;
+            hasher.update(piece);
+            offset += piece.len() as u64;
+        }
+        if hasher.finalize() != row.crc32 {
+            return Err(self.damaged(section, "the checksum is wrong"));
+        }
+        Ok(rows)
+    }
+
+    fn instances(&self) -> Result<Instances, StoreError> {
+        let maps: Vec<InstanceRow> = self.rows(Section::Instances)?;
+        let starts = self.rows(Section::InstancesOfMesh)?;
+        let names = if self.has(Section::NamesOfMeshes) {
+            InstanceNames::OfMesh(self.rows(Section::NamesOfMeshes)?)
+        } else {
+            InstanceNames::Own(self.rows(Section::NamesOfInstances)?)
+        };
+        let fitting = Instances::from_tables(maps, starts, names);
+        fitting.map_err(|error| self.damaged(Section::Instances, &error.to_string()))
     }
 
     fn directory(&self, section: Section) -> Result<Directory, StoreError> {
@@ -212,7 +231,7 @@ impl<'s> StoreFile<'s> {
 
     /// What the scene was made of; nothing where the store does not say.
     fn sources(&self) -> Result<Vec<SourceFile>, StoreError> {
-        if self.sections.iter().all(|row| row.kind != Section::Sources as u32) {
+        if !self.has(Section::Sources) {
             return Ok(Vec::new());
         }
         let bytes = self.bytes(Section::Sources)?;

@@ -5,8 +5,7 @@
 use crate::attributes::AttributeLayout;
 use crate::error::StoreError;
 use crate::format::{
-    EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow,
-    TextureRow, VERSION,
+    EntryRow, HEADER_BYTES, Header, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow, TextureRow, VERSION,
 };
 use crate::journal::{Journal, join_runs, split_runs};
 use crate::pack::{PackedMesh, PageStrategy};
@@ -24,7 +23,7 @@ use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
 use vastlight_accel::wide::{ChildRef, Node8};
 use vastlight_accel::{BuildConfig, BuildError};
 use vastlight_math::{Aabb, Vec3};
-use vastlight_scene::{Content, Image, Instance, MeshExtent, Scene, SceneDesc, Texels};
+use vastlight_scene::{Content, Image, InstanceNames, MeshExtent, Scene, SceneDesc, Texels};
 
 /// A store in the making. Nothing is to be seen under its name before it is finished.
 #[derive(Debug)]
@@ -392,12 +391,16 @@ impl StoreWriter {
         let (textures, tiles) = (std::mem::take(&mut self.textures), std::mem::take(&mut self.tiles));
         let triangles = self.tables.meshes.iter().map(|mesh| mesh.triangles).sum();
         let tables = std::mem::take(&mut self.tables);
-        let instances: Vec<InstanceRow> = scene.instances().iter().map(instance_row).collect();
+        let instances = scene.instances();
+        let names = match instances.names() {
+            InstanceNames::OfMesh(names) => (Section::NamesOfMeshes, cast_slice(names)),
+            InstanceNames::Own(names) => (Section::NamesOfInstances, cast_slice(names)),
+        };
         let described = self.describe(scene)?;
         let of_page = [&tables.attributes_of_page[..], &[tables.attributes.len() as u32]].concat();
         let sources = postcard::to_stdvec(sources);
         let sources = sources.map_err(|error| StoreError::pack("sources", error.to_string()))?;
-        let sections: [(Section, &[u8]); 12] = [
+        let sections: [(Section, &[u8]); 14] = [
             (Section::Scene, &described),
             (Section::Meshes, cast_slice(&tables.meshes)),
             (Section::Nodes, cast_slice(&tables.nodes)),
@@ -406,9 +409,11 @@ impl StoreWriter {
             (Section::Attributes, cast_slice(&tables.attributes)),
             (Section::AttributesOfPage, cast_slice(&of_page)),
             (Section::FirstTriangles, cast_slice(&tables.first_triangles)),
-            (Section::Instances, cast_slice(&instances)),
+            (Section::Instances, cast_slice(instances.maps())),
             (Section::Textures, cast_slice(&textures)),
             (Section::Tiles, cast_slice(&tiles)),
+            (Section::InstancesOfMesh, cast_slice(instances.starts())),
+            names,
             (Section::Sources, &sources),
         ];
         let put = |(kind, bytes): (Section, &[u8])| self.put_section(kind, bytes);
@@ -428,11 +433,7 @@ impl StoreWriter {
 
     /// The scene without instances, as bytes.
     fn describe(&self, scene: &Scene) -> Result<Vec<u8>, StoreError> {
-        let desc = SceneDesc {
-            instances: Vec::new(),
-            environment: Some(scene.environment().clone()),
-            ..scene.desc().clone()
-        };
+        let desc = SceneDesc { environment: Some(scene.environment().clone()), ..scene.desc().clone() };
         postcard::to_stdvec(&desc).map_err(|error| StoreError::pack("scene", error.to_string()))
     }
 
@@ -539,10 +540,4 @@ fn object_bounds(row: &MeshRow) -> Aabb {
 pub(crate) fn header_crc32(header: &Header) -> u32 {
     let bytes = bytes_of(header);
     crc32fast::hash(&bytes[..bytes.len() - 4])
-}
-
-fn instance_row(instance: &Instance) -> InstanceRow {
-    let map = &instance.world_from_object;
-    let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis, map.translation];
-    InstanceRow { columns: columns.map(|c| c.to_array()), mesh: instance.mesh, name: instance.name }
 }

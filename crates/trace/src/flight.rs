@@ -3,7 +3,6 @@
 //! A flight goes on by single steps (a node, a block of triangles, or the way into an instance), so that several flights of
 //! one thread can take turns: while one computes, memory for the others arrives.
 
-use crate::instance::Placed;
 use crate::judge::Judge;
 use crate::mesh::Leaves;
 use crate::paged::{Begin, End, Missing, Turn};
@@ -11,8 +10,8 @@ use crate::reach::{Meeting, Reach, meet};
 use crate::tree::{OverBlocks, OverPages, Subtree, Tree, Visitor};
 use crate::{Hit, Tracer};
 use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
-use vastlight_accel::wide::traverse::{Entry, Memory, Prefetch, RayLanes, Waiting};
-use vastlight_accel::wide::{ChildRef, Leaf, Node8};
+use vastlight_accel::wide::traverse::{Entry, InstanceMemory, Memory, Prefetch, RayLanes, Waiting};
+use vastlight_accel::wide::{Block8, CellWalk, ChildRef, InstanceNode, Leaf, Node8};
 use vastlight_math::Ray;
 use vastlight_paging::Table;
 use vastlight_simd::Simd8;
@@ -21,7 +20,7 @@ use vastlight_simd::Simd8;
 const TOP: usize = 0;
 const MESH: usize = 1;
 
-/// What both levels have.
+/// What both levels have; the nodes and their memory are those of the mesh.
 #[derive(Clone, Copy)]
 struct Stage<'a, S: Simd8> {
     nodes: &'a [Node8],
@@ -37,7 +36,7 @@ impl<S: Simd8> Stage<'_, S> {
     fn nowhere(simd: S) -> Self {
         Self {
             nodes: &[],
-            memory: Memory::new::<Node8, Placed>(&[], &[]),
+            memory: Memory::new::<Node8, Block8>(&[], &[]),
             lanes: RayLanes::new(simd, &BoxRay::default(), 0.0),
             t_max: 0.0,
             t_scale: 1.0,
@@ -72,6 +71,8 @@ pub(crate) struct Flight<'a, S: Simd8> {
     restart: Turn,
     /// The ray in the mesh, in scenes of pages.
     boxes: BoxRay,
+    /// The way through the cells of a grid, where there is one.
+    cells: CellWalk,
     /// The page and the subtree through which the flight goes.
     page: u32,
     subtree: u32,
@@ -104,6 +105,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
             end: End::COMPLETE,
             restart: Turn::FIRST,
             boxes: BoxRay::default(),
+            cells: CellWalk::default(),
             page: Hit::NONE,
             subtree: 0,
         }
@@ -118,22 +120,41 @@ impl<'a, S: Simd8> Flight<'a, S> {
         (self.floor, self.waiting.depth) = (0, 0);
         let t_min = ray.t_min.max(0.0);
         let in_order = ray.t_min <= ray.t_max && t_min <= ray.t_max;
-        let (Some(root), true) = (tracer.top.root, in_order) else { return false };
+        if !in_order || tracer.top.root.is_none() && tracer.grid.is_none() {
+            return false;
+        }
         self.ray = Ray { t_min, ..*ray };
-        self.current = root;
-        if root.is_leaf() {
-            // A scene of one instance needs no boxes here.
-            return self.enter::<F>(simd);
+        if let Some(root) = tracer.top.root {
+            self.current = root;
+            if root.is_leaf() {
+                // A scene of one instance needs no boxes here.
+                return self.enter::<F>(simd);
+            }
         }
         let Some(scaled) = ScaledRay::new(ray.origin, ray.direction) else { return false };
         let top = &mut self.stages[TOP];
         top.t_max = (if begin.best.is_hit() { begin.best.t } else { ray.t_max }) / scaled.t_scale;
         top.t_scale = scaled.t_scale;
-        let boxes = scaled.for_boxes(tracer.extent, tracer.margin_factor);
-        top.nodes = &tracer.top.nodes;
-        top.memory = Memory::new(&tracer.top.nodes, &tracer.placed);
+        let boxes = scaled.for_boxes(tracer.places.extent, tracer.places.margin_factor);
         let t_min = if F::PAGED { t_min.max(self.restart.entry()) } else { t_min };
         top.lanes = RayLanes::new(simd, &boxes, t_min / scaled.t_scale);
+        match &tracer.grid {
+            None => true,
+            Some(grid) => {
+                self.cells = CellWalk::new(&grid.cells, (ray.origin, ray.direction), boxes.margin, t_min);
+                self.next_cell()
+            }
+        }
+    }
+
+    /// Goes to the next cell of a grid; false if there is none, or no grid.
+    #[inline(never)]
+    fn next_cell(&mut self) -> bool {
+        let Some(grid) = &self.tracer.grid else { return false };
+        let t_max = if self.best.is_hit() { self.best.t } else { self.ray.t_max };
+        let Some(root) = self.cells.next(&grid.cells, t_max) else { return false };
+        self.stages[TOP].t_max = t_max / self.stages[TOP].t_scale;
+        (self.level, self.floor, self.current) = (TOP, 0, root);
         true
     }
 
@@ -145,11 +166,12 @@ impl<'a, S: Simd8> Flight<'a, S> {
             return self.cross_mesh::<F, ANY>(simd, filter);
         }
         if !self.current.is_leaf() {
-            let stage = &self.stages[self.level & 1];
-            let place = self.current.index();
-            let node = &stage.nodes[place];
-            let hits = stage.lanes.test(simd, node, stage.t_max);
-            match self.waiting.descend::<S, ALONE, ANY>(simd, (place, node), hits, &stage.memory) {
+            let next = if self.level == TOP {
+                self.descend_to_instances::<ALONE, ANY>(simd)
+            } else {
+                self.descend_in_mesh::<ALONE, ANY>(simd)
+            };
+            match next {
                 Some(next) => self.current = next,
                 None => return self.next(),
             }
@@ -162,6 +184,37 @@ impl<'a, S: Simd8> Flight<'a, S> {
             return false;
         }
         self.next()
+    }
+
+    /// Puts the children of the current node that the ray meets aside but for the nearest, which it gives.
+    #[inline(always)]
+    fn descend_to_instances<const ALONE: bool, const ANY: bool>(&mut self, simd: S) -> Option<ChildRef> {
+        let (stage, place) = (&self.stages[TOP], self.current.index());
+        let memory = self.top_memory();
+        match self.tracer.top.nodes.get(place)? {
+            InstanceNode::Full(node) => {
+                let hits = stage.lanes.test(simd, node, stage.t_max);
+                self.waiting.descend::<S, ALONE, ANY>(simd, (place, node), hits, &memory)
+            }
+            InstanceNode::Small(node) => {
+                let hits = stage.lanes.test(simd, node, stage.t_max);
+                self.waiting.descend::<S, ALONE, ANY>(simd, (place, node), hits, &memory)
+            }
+        }
+    }
+
+    /// The same in a mesh.
+    #[inline(always)]
+    fn descend_in_mesh<const ALONE: bool, const ANY: bool>(&mut self, simd: S) -> Option<ChildRef> {
+        let (stage, place) = (&self.stages[MESH], self.current.index());
+        let node = &stage.nodes[place];
+        let hits = stage.lanes.test(simd, node, stage.t_max);
+        self.waiting.descend::<S, ALONE, ANY>(simd, (place, node), hits, &stage.memory)
+    }
+
+    #[inline(always)]
+    fn top_memory(&self) -> InstanceMemory {
+        InstanceMemory::new(&self.tracer.top.nodes, self.tracer.leaf_table())
     }
 
     /// All steps of a flight alone in a mesh, with its figures in registers; false at the end of the way.
@@ -205,8 +258,8 @@ impl<'a, S: Simd8> Flight<'a, S> {
                 }
                 None
             } else if let Some(node) = tree.node(simd, current.index()) {
-                let hits = lanes.test(simd, node, self.stages[MESH].t_max);
-                self.waiting.descend::<S, true, ANY>(simd, (current.index(), node), hits, tree.memory())
+                let hits = lanes.test(simd, &node, self.stages[MESH].t_max);
+                self.waiting.descend::<S, true, ANY>(simd, (current.index(), &node), hits, tree.memory())
             } else {
                 None
             };
@@ -220,7 +273,11 @@ impl<'a, S: Simd8> Flight<'a, S> {
     /// Asks the caches for what the next step needs.
     #[inline(always)]
     pub(crate) fn prefetch(&self, simd: S) {
-        self.stages[self.level & 1].memory.prefetch(simd, self.current);
+        if self.level == TOP {
+            self.top_memory().prefetch(simd, self.current);
+        } else {
+            self.stages[MESH].memory.prefetch(simd, self.current);
+        }
     }
 
     /// Goes on with the nearest child that waits; false if none does.
@@ -233,7 +290,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
                 return true;
             }
             if self.level == TOP || self.waiting.depth == 0 {
-                return false;
+                return self.tracer.grid.is_some() && self.next_cell();
             }
             (self.level, self.floor) = (TOP, 0);
             if self.best.is_hit() {
@@ -246,9 +303,20 @@ impl<'a, S: Simd8> Flight<'a, S> {
     #[inline(always)]
     fn enter<F: Judge>(&mut self, simd: S) -> bool {
         let tracer = self.tracer;
-        let instance = self.current.index();
+        let entry = self.current.index();
+        let (instance, subtree) = match &tracer.grid {
+            None => (entry, None),
+            Some(grid) => {
+                let Some(&[instance, subtree]) = grid.entries.get(entry) else { return false };
+                (instance as usize, Some(subtree))
+            }
+        };
         // Where numbers overflow, a ray meets the box of a slot without child.
-        let Some(placed) = tracer.placed.get(instance) else { return false };
+        if instance >= tracer.places.len() {
+            return false;
+        }
+        let mut room = None;
+        let placed = tracer.places.get(instance, &mut room);
         let mesh = &tracer.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
@@ -263,6 +331,16 @@ impl<'a, S: Simd8> Flight<'a, S> {
             self.boxes = boxes;
             begin = begin.max(self.restart.entry() / scaled.t_scale);
         }
+        let root = match (subtree, mesh.leaves()) {
+            (Some(subtree), Leaves::Pages(mesh)) => {
+                let bounds = mesh.roots[subtree as usize].bounds();
+                if !boxes.meets(&bounds, begin, t_max / scaled.t_scale) {
+                    return false;
+                }
+                ChildRef::leaf(subtree)
+            }
+            _ => root,
+        };
         self.stages[MESH] = Stage {
             nodes: mesh.nodes(),
             memory: mesh.memory(),

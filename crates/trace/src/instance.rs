@@ -1,10 +1,11 @@
 //! Placed meshes: the map from world rays to the mesh's space, and boxes in the world.
 
 use rayon::prelude::*;
+use std::sync::Arc;
 use vastlight_accel::ray::EightRays;
 use vastlight_math::glam::{DAffine3, DMat3, DVec3};
 use vastlight_math::{Aabb, Affine3, Vec3};
-use vastlight_scene::{Instance, Scene};
+use vastlight_scene::{Instances, Scene};
 use vastlight_simd::Simd8;
 
 /// An instance as rays see it, 56 bytes.
@@ -132,12 +133,20 @@ fn round_down(x: f64) -> f32 {
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
+/// Instances of a scene up to this number have what rays need at hand, 56 bytes each. Those of larger scenes have not: their
+/// maps are inverted whenever a ray comes, with the same bits.
+const AT_HAND: usize = 1 << 18;
+/// Instances that one thread looks at at a time.
+const CHUNK: usize = 1 << 12;
+
 /// All instances of a scene, placed.
 #[derive(Debug)]
 pub(crate) struct Places {
-    pub(crate) placed: Vec<Placed>,
-    /// By instance; empty for an empty mesh.
-    pub(crate) boxes: Vec<Aabb>,
+    instances: Arc<Instances>,
+    /// By mesh.
+    spaces: Vec<MeshSpace>,
+    /// All of them where they are few, or nothing.
+    at_hand: Vec<Placed>,
     /// Around all instances.
     pub(crate) world: Aabb,
     /// Largest absolute coordinate of the world.
@@ -148,20 +157,84 @@ pub(crate) struct Places {
 
 impl Places {
     /// Places the meshes of `scene`, whose structures have these spaces.
-    pub(crate) fn new(scene: &Scene, meshes: &[MeshSpace]) -> Self {
-        let place = |i: &Instance| {
-            let mesh = &meshes[i.mesh as usize];
-            (
-                Placed::new(&i.world_from_object, i.mesh, mesh.scale),
-                Footprint::new(&i.world_from_object, mesh),
-            )
+    pub(crate) fn new(scene: &Scene, spaces: Vec<MeshSpace>) -> Self {
+        let instances = scene.shared_instances();
+        let (at_hand, world, extent) = (Vec::new(), Aabb::EMPTY, 0.0);
+        let mut places = Self { instances, spaces, at_hand, world, extent, margin_factor: 2.0 };
+        let count = places.instances.len();
+        if count <= AT_HAND {
+            places.at_hand = (0..count).into_par_iter().map(|i| places.find(i)).collect();
+        }
+        let around = |chunk: usize| {
+            let unite =
+                |(bounds, spread): (Aabb, f32), f: Footprint| (bounds.union(f.bounds), spread.max(f.spread));
+            let chunk = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
+            chunk.map(|i| places.footprint(i)).fold((Aabb::EMPTY, 1.0), unite)
         };
-        let (placed, footprints): (Vec<Placed>, Vec<Footprint>) =
-            scene.instances().par_iter().map(place).unzip();
-        let boxes: Vec<Aabb> = footprints.iter().map(|f| f.bounds).collect();
-        let spread = footprints.iter().map(|f| f.spread).fold(1.0, f32::max);
-        let world = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
-        let extent = if world.is_empty() { 0.0 } else { world.min.abs().max(world.max.abs()).max_element() };
-        Self { placed, boxes, world, extent, margin_factor: 2.0 * spread }
+        let parts: Vec<(Aabb, f32)> = (0..count.div_ceil(CHUNK)).into_par_iter().map(around).collect();
+        let world = parts.iter().fold(Aabb::EMPTY, |a, part| a.union(part.0));
+        places.margin_factor = 2.0 * parts.iter().map(|part| part.1).fold(1.0, f32::max);
+        if !world.is_empty() {
+            places.extent = world.min.abs().max(world.max.abs()).max_element();
+        }
+        places.world = world;
+        places
+    }
+
+    /// Number of instances.
+    pub(crate) fn len(&self) -> usize {
+        self.instances.len()
+    }
+
+    /// Number of an instance's mesh.
+    #[inline(always)]
+    pub(crate) fn mesh(&self, instance: usize) -> u32 {
+        self.at_hand.get(instance).map_or_else(|| self.instances.mesh(instance), |placed| placed.mesh)
+    }
+
+    /// An instance as rays see it; `room` is for what is not at hand.
+    #[inline(always)]
+    pub(crate) fn get<'p>(&'p self, instance: usize, room: &'p mut Option<Placed>) -> &'p Placed {
+        match self.at_hand.get(instance) {
+            Some(placed) => placed,
+            None => room.insert(self.find(instance)),
+        }
+    }
+
+    #[inline(never)]
+    fn find(&self, instance: usize) -> Placed {
+        let mesh = self.instances.mesh(instance);
+        Placed::new(self.instances.map(instance), mesh, self.spaces[mesh as usize].scale)
+    }
+
+    fn footprint(&self, instance: usize) -> Footprint {
+        let mesh = &self.spaces[self.instances.mesh(instance) as usize];
+        Footprint::new(self.instances.map(instance), mesh)
+    }
+
+    /// The box of an instance in the world; empty for an empty mesh.
+    pub(crate) fn bounds(&self, instance: u32) -> Aabb {
+        self.footprint(instance as usize).bounds
+    }
+
+    /// The box in the world of a part of an instance's mesh, given in the mesh's scaled space.
+    pub(crate) fn part(&self, instance: u32, bounds: Aabb) -> Aabb {
+        let mesh = MeshSpace { bounds, ..self.spaces[self.instances.mesh(instance as usize) as usize] };
+        Footprint::new(self.instances.map(instance as usize), &mesh).bounds
+    }
+
+    /// Memory, with the scene's own table of instances.
+    pub(crate) fn bytes(&self) -> usize {
+        self.instances.bytes() + size_of_val(&self.at_hand[..]) + size_of_val(&self.spaces[..])
+    }
+
+    /// What to ask the caches for before an instance is entered: where the table begins, and the bytes of a row.
+    #[inline(always)]
+    pub(crate) fn table(&self) -> (*const u8, usize) {
+        if self.at_hand.is_empty() {
+            (self.instances.maps().as_ptr().cast(), size_of::<Affine3>())
+        } else {
+            (self.at_hand.as_ptr().cast(), size_of::<Placed>())
+        }
     }
 }

@@ -6,6 +6,7 @@
 pub mod bench;
 mod bundle;
 mod flight;
+mod grid;
 mod hit;
 mod instance;
 mod judge;
@@ -23,4 +24,4 @@ mod walk;
 
 pub use hit::{AcceptAll, Hit, HitFilter};
 pub use mesh::Layout;
-pub use tracer::{BuildReport, TraceError, Tracer, TracerConfig};
+pub use tracer::{BuildReport, TopLevel, TraceError, Tracer, TracerConfig};

@@ -1,6 +1,7 @@
 //! A scene made traceable.
 
-use crate::instance::{MeshSpace, Placed, Places};
+use crate::grid::GridTop;
+use crate::instance::{MeshSpace, Places};
 use crate::judge::Filtered;
 use crate::kd::{KdBatch, KdScene};
 use crate::mesh::{Layout, MeshTree};
@@ -15,7 +16,7 @@ use vastlight_accel::build::resolve;
 use vastlight_accel::compact::{CompactError, CompactMesh, PackedPage, SLACK};
 use vastlight_accel::kdtree::{KdKind, KdMesh};
 use vastlight_accel::wide::traverse::stack_entries;
-use vastlight_accel::wide::{MeshBuild, MeshBvh, MeshView, TopBvh};
+use vastlight_accel::wide::{InstanceBvh, MeshBuild, MeshBvh, MeshView};
 use vastlight_accel::{BuildConfig, BuildError, Scratch};
 use vastlight_math::{Aabb, Ray};
 use vastlight_paging::Table;
@@ -37,8 +38,21 @@ pub struct TracerConfig {
     pub level: Option<Level>,
     /// How meshes lie in memory.
     pub layout: Layout,
+    /// What is above the meshes.
+    pub top: TopLevel,
     /// Trace every ray by itself, also those that go the same way: to measure what bundles are worth.
     pub single_rays: bool,
+}
+
+/// What is above the meshes of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TopLevel {
+    /// A tree over instances, below each the tree of its mesh.
+    #[default]
+    Tree,
+    /// As published: a grid of so many cells along each axis, at most [`GridBvh::MOST_PER_AXIS`], in each a tree over the
+    /// subtrees in pages of all instances. For meshes in pages; rays are not bundled.
+    Grid(u32),
 }
 
 /// Why a scene cannot be traced.
@@ -50,6 +64,9 @@ pub enum TraceError {
     /// A mesh has no compact layout.
     #[error(transparent)]
     Compact(#[from] CompactError),
+    /// A grid over meshes that are not in pages.
+    #[error("a grid needs meshes in pages: the compact layout, or a store")]
+    Grid,
     /// A structure that has but one layout was asked for another.
     #[error("{accel} has no {layout} layout")]
     Layout {
@@ -94,15 +111,12 @@ pub struct Tracer {
     pub(crate) meshes: Vec<MeshTree>,
     /// The pages of all meshes, where they are in memory for good.
     pages: Table,
-    pub(crate) placed: Vec<Placed>,
-    pub(crate) top: TopBvh,
+    pub(crate) places: Places,
+    /// Over instances, or in the cells of the grid.
+    pub(crate) top: InstanceBvh,
+    pub(crate) grid: Option<GridTop>,
     /// In the place of `meshes` and `top`.
     pub(crate) kd: Option<KdScene>,
-    world: Aabb,
-    /// Largest absolute coordinate of the world.
-    pub(crate) extent: f32,
-    /// How much wider margins of world boxes are than those of a mesh.
-    pub(crate) margin_factor: f32,
     /// Room that a ray needs for children that wait.
     pub(crate) stack_entries: usize,
     pub(crate) bundles: bool,
@@ -145,8 +159,8 @@ impl Tracer {
         let meshes_done = Instant::now();
 
         let costs = |mesh: u32| builds[mesh as usize].quality.cost;
-        let mut tracer = Self::place(scene, accel, meshes, costs, &build)?;
-        tracer.bundles = !config.single_rays;
+        let mut tracer = Self::place(scene, (accel, config.top), meshes, costs, &build)?;
+        tracer.bundles &= !config.single_rays;
         let top = &tracer.top;
         tracer.report = BuildReport {
             accel,
@@ -179,40 +193,48 @@ impl Tracer {
         let accel = resolve(&config.accel)?;
         let build = BuildConfig { level: config.level.unwrap_or_default(), ..BuildConfig::default() };
         let meshes = meshes.into_iter().map(MeshTree::Compact).collect();
-        let mut tracer = Self::place(scene, accel, meshes, |_| 1.0, &build)?;
-        tracer.bundles = !config.single_rays;
+        let mut tracer = Self::place(scene, (accel, config.top), meshes, |_| 1.0, &build)?;
+        tracer.bundles &= !config.single_rays;
         tracer.report.build_ms = milliseconds(start.elapsed());
         Ok(tracer)
     }
 
-    /// Builds the tree over the instances of meshes; `costs` says what rays through a mesh cost.
+    /// Builds what is above the meshes; `costs` says what rays through a mesh cost.
     fn place(
         scene: &Scene,
-        accel: &'static str,
+        (accel, level): (&'static str, TopLevel),
         meshes: Vec<MeshTree>,
         costs: impl Fn(u32) -> f64 + Sync,
         build: &BuildConfig,
     ) -> Result<Self, TraceError> {
-        let places = Places::new(scene, &meshes.iter().map(MeshTree::space).collect::<Vec<_>>());
-        let Places { placed, boxes, world, extent, margin_factor } = places;
-        let costs = |i: u32| costs(placed[i as usize].mesh);
-        let top = TopBvh::build(accel, &boxes, costs, build, &mut Scratch::default())?;
-        let bytes =
-            meshes.iter().map(MeshTree::bytes).sum::<usize>() + top.bytes() + size_of_val(&placed[..]);
+        let places = Places::new(scene, meshes.iter().map(MeshTree::space).collect());
+        let costs = |i: u32| costs(places.mesh(i as usize));
+        let (grid, top) = match level {
+            TopLevel::Tree => {
+                (None, InstanceBvh::build(accel, places.len(), |i| places.bounds(i), costs, build)?)
+            }
+            TopLevel::Grid(per_axis) => {
+                let grid = GridTop::build(accel, (&places, &meshes), per_axis, build)?;
+                let (grid, trees) = grid.ok_or(TraceError::Grid)?;
+                (Some(grid), trees)
+            }
+        };
+        let bytes = meshes.iter().map(MeshTree::bytes).sum::<usize>()
+            + top.bytes()
+            + grid.as_ref().map_or(0, GridTop::bytes)
+            + places.bytes();
         let report = BuildReport { accel, bytes: bytes as u64, ..BuildReport::default() };
         let stack_entries =
             stack_entries(top.levels + meshes.iter().map(MeshTree::levels).max().unwrap_or(0));
         Ok(Self {
             meshes,
             pages: Table::default(),
-            placed,
+            bundles: grid.is_none(),
+            places,
             top,
+            grid,
             kd: None,
-            world,
-            extent,
-            margin_factor,
             stack_entries,
-            bundles: true,
             level: build.level,
             report,
         })
@@ -226,9 +248,8 @@ impl Tracer {
         let meshes = KdScene::meshes(&used, &kind)?;
         let meshes_done = Instant::now();
         let space = |m: &KdMesh| MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale };
-        let places = Places::new(scene, &meshes.iter().map(space).collect::<Vec<_>>());
-        let Places { placed, boxes, world, extent, margin_factor } = places;
-        let kd = KdScene::new(meshes, &placed, boxes, &kind)?;
+        let places = Places::new(scene, meshes.iter().map(space).collect());
+        let kd = KdScene::new(meshes, &places, &kind)?;
         let stages = vec![
             ("meshes", milliseconds(meshes_done - start)),
             ("instances", milliseconds(meshes_done.elapsed())),
@@ -239,7 +260,7 @@ impl Tracer {
             build_ms: milliseconds(start.elapsed()),
             nodes: kd.nodes(),
             references: kd.references(),
-            bytes: (kd.bytes() + size_of_val(&placed[..])) as u64,
+            bytes: (kd.bytes() + places.bytes()) as u64,
             number_bytes: 0,
             cost: kd.cost(),
             depth: 0,
@@ -249,12 +270,10 @@ impl Tracer {
         Ok(Self {
             meshes: Vec::new(),
             pages: Table::default(),
-            placed,
-            top: TopBvh::default(),
+            places,
+            top: InstanceBvh::default(),
+            grid: None,
             kd: Some(kd),
-            world,
-            extent,
-            margin_factor,
             stack_entries: 0,
             bundles: false,
             level,
@@ -304,15 +323,27 @@ impl Tracer {
 
     /// The place of a hit with its corners as they are in the mesh.
     pub(crate) fn unscaled(&self, hit: &Hit, found: Found) -> Found {
-        let Some(placed) = self.placed.get(hit.instance as usize) else { return found };
-        let scale = 1.0 / self.meshes[placed.mesh as usize].space().scale;
+        if !hit.is_hit() {
+            return found;
+        }
+        let mesh = self.places.mesh(hit.instance as usize);
+        let scale = 1.0 / self.meshes[mesh as usize].space().scale;
         Found { corners: found.corners.map(|corner| corner * scale), ..found }
+    }
+
+    /// What the leaves of the top level are rows of: where the table begins, and the bytes of a row.
+    #[inline(always)]
+    pub(crate) fn leaf_table(&self) -> (*const u8, usize) {
+        match &self.grid {
+            None => self.places.table(),
+            Some(grid) => (grid.entries.as_ptr().cast(), size_of::<[u32; 2]>()),
+        }
     }
 
     /// Around all that rays can hit.
     #[must_use]
     pub fn world(&self) -> &Aabb {
-        &self.world
+        &self.places.world
     }
 
     /// What building took and gave.
@@ -370,9 +401,8 @@ fn build_meshes(
 
 /// The meshes of a scene, none in the place of those that no instance uses.
 fn used_meshes(scene: &Scene) -> Vec<Option<&Mesh>> {
-    let mut used = vec![None; scene.meshes().len()];
-    scene.instances().iter().for_each(|i| used[i.mesh as usize] = scene.meshes().get(i.mesh as usize));
-    used
+    let has_instances = |number: u32| !scene.instances().of_mesh(number).is_empty();
+    (0..).zip(scene.meshes()).map(|(number, mesh)| has_instances(number).then_some(mesh)).collect()
 }
 
 /// What a builder sees of a mesh.
@@ -384,7 +414,7 @@ pub(crate) fn view(mesh: Option<&Mesh>) -> MeshView<'_> {
 }
 
 /// Nodes on the longest way down, through both levels.
-fn depth(builds: &[MeshBuild], top: &TopBvh) -> u64 {
+fn depth(builds: &[MeshBuild], top: &InstanceBvh) -> u64 {
     let deepest = builds.iter().map(|b| b.quality.depth).max().unwrap_or(0);
     (top.quality.depth + deepest) as u64
 }

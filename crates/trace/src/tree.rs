@@ -2,16 +2,18 @@
 
 use vastlight_accel::compact::{CompactMesh, PackedNode, Page, PageRoot};
 use vastlight_accel::wide::traverse::{Memory, Prefetch};
-use vastlight_accel::wide::{Block8, Leaf, Node8, WideNode};
+use vastlight_accel::wide::{Block8, InstanceNode, InstanceNodes, Leaf, Node8, WideNode};
 use vastlight_paging::Table;
 use vastlight_simd::Simd8;
 
 /// Wide nodes by place.
 pub(crate) trait Nodes {
-    type Node: WideNode;
+    type Node<'n>: WideNode
+    where
+        Self: 'n;
 
     /// The node at a place; none in a damaged tree.
-    fn node<S: Simd8>(&self, simd: S, place: usize) -> Option<&Self::Node>;
+    fn node<S: Simd8>(&self, simd: S, place: usize) -> Option<Self::Node<'_>>;
 }
 
 /// Wide nodes over leaves.
@@ -47,11 +49,11 @@ pub(crate) struct Subtree<'a> {
     pub(crate) page: Option<Page<'a>>,
 }
 
-impl Nodes for &[Node8] {
-    type Node = Node8;
+impl Nodes for InstanceNodes {
+    type Node<'n> = InstanceNode<'n>;
 
     #[inline(always)]
-    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
+    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<InstanceNode<'_>> {
         self.get(place)
     }
 }
@@ -65,7 +67,10 @@ pub(crate) struct OverBlocks<'a> {
 }
 
 impl Nodes for OverBlocks<'_> {
-    type Node = Node8;
+    type Node<'n>
+        = &'n Node8
+    where
+        Self: 'n;
 
     #[inline(always)]
     fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
@@ -97,7 +102,10 @@ pub(crate) struct OverPages<'a> {
 }
 
 impl Nodes for OverPages<'_> {
-    type Node = Node8;
+    type Node<'n>
+        = &'n Node8
+    where
+        Self: 'n;
 
     #[inline(always)]
     fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
@@ -122,7 +130,10 @@ impl Tree for OverPages<'_> {
 }
 
 impl Nodes for Page<'_> {
-    type Node = PackedNode;
+    type Node<'n>
+        = &'n PackedNode
+    where
+        Self: 'n;
 
     #[inline(always)]
     fn node<S: Simd8>(&self, simd: S, place: usize) -> Option<&PackedNode> {

@@ -75,7 +75,7 @@ impl Context<'_> {
 
     /// Which attributes the mesh has that was hit.
     fn layout_of(&self, hit: &Hit) -> AttributeLayout {
-        let mesh = self.scene.instances().get(hit.instance as usize).map_or(0, |i| i.mesh as usize);
+        let mesh = if hit.is_hit() { self.scene.instances().mesh(hit.instance as usize) as usize } else { 0 };
         self.pages.and_then(|pages| pages.layouts.get(mesh)).copied().unwrap_or_default()
     }
 
@@ -294,7 +294,7 @@ impl PageWalk {
             let (hit, ray) = (&hits[i], &rays[i]);
             let material = material_of(hit);
             let uv_sets = materials.uv_sets(material);
-            let map = &context.scene.instances()[hit.instance as usize].world_from_object;
+            let map = context.scene.instances().map(hit.instance as usize);
             let areas = cone_of(i).areas((ray, hit.t), map, corners, uv_sets);
             let point = ShadingPoint { areas, ..attributes(corners, hit, uv_sets) };
             materials.evaluate_through(access, material, &point)

@@ -1,4 +1,4 @@
-//! What shading needs of an instance's matrix beside the matrix itself, found once for each instance.
+//! What shading needs of an instance's matrix beside the matrix itself.
 
 use rayon::prelude::*;
 use vastlight_math::{Affine3, Mat3, Vec3};
@@ -23,12 +23,31 @@ pub(crate) struct Placement {
     translation: f32,
 }
 
-impl Placement {
-    /// Those of all instances.
-    pub(crate) fn all(scene: &Scene) -> Vec<Self> {
-        scene.instances().par_iter().map(|instance| Self::new(&instance.world_from_object)).collect()
+/// Instances of a scene up to this number have their placements at hand; those of larger scenes are found at each hit.
+const AT_HAND: usize = 1 << 18;
+
+/// The placements of a scene's instances.
+#[derive(Clone, Debug)]
+pub(crate) struct Placements(Vec<Placement>);
+
+impl Placements {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let maps = scene.instances().maps();
+        let at_hand = if maps.len() <= AT_HAND { maps } else { &[] };
+        Self(at_hand.par_iter().map(Placement::new).collect())
     }
 
+    /// That of an instance, whose matrix this is.
+    #[inline(always)]
+    pub(crate) fn get(&self, world_from_object: &Affine3, instance: u32) -> Placement {
+        match self.0.get(instance as usize) {
+            Some(placement) => *placement,
+            None => Placement::new(world_from_object),
+        }
+    }
+}
+
+impl Placement {
     pub(crate) fn new(map: &Affine3) -> Self {
         let linear = Mat3::from_cols(map.x_axis, map.y_axis, map.z_axis);
         let largest = linear.x_axis.abs().max(linear.y_axis.abs()).max(linear.z_axis.abs()).max_element();

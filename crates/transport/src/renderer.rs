@@ -6,7 +6,7 @@ use crate::light::Lights;
 use crate::material::MaterialTable;
 use crate::pages::{PageWalk, PagedGeometry, PagesError};
 use crate::path::PathTracing;
-use crate::placement::Placement;
+use crate::placement::Placements;
 use crate::primary::Primary;
 use crate::sample::{RenderStats, SampleSink};
 use crate::settings::{Integrator, RenderSettings, Tile};
@@ -37,7 +37,7 @@ pub struct Renderer<'a> {
     settings: RenderSettings,
     camera: CameraRays,
     veils: VeilIndex,
-    placements: Vec<Placement>,
+    placements: Placements,
     pages: Option<PagedGeometry<'a>>,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Renderer<'a> {
     ) -> Self {
         let camera = CameraRays::new(&settings);
         let veils = VeilIndex::new(scene, materials);
-        let placements = Placement::all(scene);
+        let placements = Placements::new(scene);
         Self { scene, tracer, materials, lights, camera, veils, placements, pages: None, settings }
     }
 

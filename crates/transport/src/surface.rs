@@ -39,8 +39,7 @@ impl Surface {
     /// tangent where the mesh has no tangents of its own; `None` leaves the tangent zero.
     #[must_use]
     pub fn new(scene: &Scene, hit: &Hit, uv_sets: usize, tangent_uv: Option<u32>) -> Self {
-        let instance = &scene.instances()[hit.instance as usize];
-        let map = &instance.world_from_object;
+        let map = scene.instances().map(hit.instance as usize);
         let corners = MeshCorners::new(mesh_of(scene, hit), hit);
         Self::placed((map, &Placement::new(map)), hit, &corners, uv_sets, tangent_uv)
     }
@@ -112,7 +111,7 @@ impl Surface {
 /// The mesh that was hit.
 #[inline(always)]
 pub(crate) fn mesh_of<'s>(scene: &'s Scene, hit: &Hit) -> &'s Mesh {
-    &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize]
+    &scene.meshes()[scene.instances().mesh(hit.instance as usize) as usize]
 }
 
 /// Texture coordinates and colour alone: all that alpha depends on.

@@ -49,7 +49,7 @@ impl VeilIndex {
 
     /// Those of the surface at a hit.
     pub(crate) fn of(&self, scene: &Scene, hit: &Hit) -> Veils {
-        let mesh = scene.instances()[hit.instance as usize].mesh as usize;
+        let mesh = scene.instances().mesh(hit.instance as usize) as usize;
         if self.meshes[mesh] == Veils::default() {
             return Veils::default();
         }

@@ -46,8 +46,9 @@ impl<'a> Vertex<'a> {
         let material = mesh_of(context.scene, hit).material_of(hit.prim);
         let table = context.materials;
         let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context, material));
-        let map = &context.scene.instances()[hit.instance as usize].world_from_object;
-        let place = (map, &context.placements[hit.instance as usize]);
+        let map = context.scene.instances().map(hit.instance as usize);
+        let placement = context.placements.get(map, hit.instance);
+        let place = (map, &placement);
         let uv_sets = table.uv_sets(material);
         let surface = match page {
             None => {

@@ -21,8 +21,12 @@ pub struct MemoryEstimate {
 
 /// Bytes of the acceleration structure a unique triangle, the builder's working memory included.
 const STRUCTURE_BYTES_PER_TRIANGLE: u64 = 150;
-/// Bytes of the acceleration structure an instance.
-const STRUCTURE_BYTES_PER_INSTANCE: u64 = 300;
+/// Bytes of the tree over instances an instance.
+const STRUCTURE_BYTES_PER_INSTANCE: u64 = 32;
+/// Bytes of what is at hand of an instance, of scenes with few.
+const BYTES_AT_HAND: u64 = 110;
+/// Most instances of which anything is at hand.
+const MOST_AT_HAND: u64 = 1 << 18;
 /// Bytes of the wavefront of one thread.
 const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
 /// The process itself.
@@ -36,9 +40,10 @@ impl MemoryEstimate {
         let mesh_bytes: u64 = scene.meshes().iter().map(mesh_bytes).sum();
         let image_bytes: u64 = scene.images().iter().map(image_bytes).sum();
         Self {
-            scene: mesh_bytes + image_bytes + instances * size_of::<vastlight_scene::Instance>() as u64,
+            scene: mesh_bytes + image_bytes + scene.instances().bytes() as u64,
             structure: scene.unique_triangles() * STRUCTURE_BYTES_PER_TRIANGLE
-                + instances * STRUCTURE_BYTES_PER_INSTANCE,
+                + instances * STRUCTURE_BYTES_PER_INSTANCE
+                + instances.min(MOST_AT_HAND) * BYTES_AT_HAND,
             film: film_bytes(pixels, aovs),
             paths: threads as u64 * WAVE_BYTES_PER_THREAD + BASE_BYTES,
         }

@@ -20,6 +20,8 @@ pub struct OocFigures {
     pub rays: u64,
     /// Lookups in textures in tiles in the last frame, milliseconds, all threads together, without waiting.
     pub filter_ms: f64,
+    /// Memory of what is above the pages, instances included.
+    pub structure_bytes: u64,
     /// What the caches did in the last frame.
     pub paging: PagingStats,
 }
@@ -83,7 +85,16 @@ impl Parts<'_> {
             let frame_ms = frame_ms.min(best);
             let waited = paging.tiles.as_ref().map_or(0.0, |tiles| tiles.stall_ms);
             let filter_ms = (cost.tile_ns as f64 * 1e-6 - waited).max(0.0);
-            figures = Some(OocFigures { cache_fraction, cold_ms, frame_ms, rays, filter_ms, paging });
+            let structure_bytes = tracer.report().bytes;
+            figures = Some(OocFigures {
+                cache_fraction,
+                cold_ms,
+                frame_ms,
+                rays,
+                filter_ms,
+                structure_bytes,
+                paging,
+            });
         }
         figures.ok_or_else(|| Error::usage("nothing was measured", "", ""))
     }

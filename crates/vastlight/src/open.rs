@@ -63,12 +63,12 @@ pub fn is_store(source: &str) -> bool {
 /// # Errors
 /// If it cannot be read or is damaged, or an override names what is not there.
 pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<OpenScene, Error> {
-    let Store { mut desc, extents, pages } = Store::open(source)?;
+    let Store { mut desc, instances, extents, pages } = Store::open(source)?;
     adapt(&mut desc, options)?;
-    let instances = desc.instances.len();
-    let scene = Scene::with_meshes_elsewhere(desc, extents)?;
+    let count = instances.len();
+    let scene = Scene::with_meshes_elsewhere(desc, instances, extents)?;
     let name = pages.source.name();
-    if scene.instances().len() != instances {
+    if scene.instances().len() != count {
         return Err(Error::scene(
             "an instance is singular",
             name,

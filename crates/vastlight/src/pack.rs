@@ -12,8 +12,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use vastlight_accel::Scratch;
 use vastlight_scene::{
-    Diagnostic, Instance, LargeMesh, Material, Mesh, MeshPreparation, Piece, PieceInstance, Scene, SceneDesc,
-    SceneError,
+    Diagnostic, Instances, LargeMesh, Material, Mesh, MeshPreparation, Piece, PieceInstance, Scene,
+    SceneDesc, SceneError,
 };
 use vastlight_store::{PackConfig, PackedMesh, Spool, SpooledMesh, StoreSize, StoreWriter};
 
@@ -87,6 +87,7 @@ pub fn pack_within(
     let done = PackProgress { triangles: 0, total, resumed: 0 };
     let mut packing = Packing {
         desc,
+        instances: Instances::default(),
         preparation,
         config,
         writer,
@@ -99,14 +100,14 @@ pub fn pack_within(
         meshes_done: 0,
     };
     let packed = packing.run(stream.pieces, large);
-    let Packing { desc, writer, .. } = packing;
+    let Packing { desc, instances, writer, .. } = packing;
     if let Err(error) = packed {
         if !matches!(error.class, ErrorClass::Output | ErrorClass::Interrupted) {
             writer.discard();
         }
         return Err(error);
     }
-    let scene = Scene::with_meshes_elsewhere(desc, writer.extents())?;
+    let scene = Scene::with_meshes_elsewhere(desc, instances, writer.extents())?;
     Ok(writer.finish(&scene, &sources)?)
 }
 
@@ -156,9 +157,13 @@ enum Step {
 /// Findings of the same words that are kept, so that a scene of many meshes is not one of many findings.
 const FINDINGS: u32 = 8;
 
+/// Placements that wait with the meshes that are packed side by side, unless those of one mesh are more.
+const PLACED: usize = 1 << 18;
+
 struct Packing<'c> {
     /// All that is known so far, geometry only of meshes that shine.
     desc: SceneDesc,
+    instances: Instances,
     preparation: MeshPreparation,
     config: &'c PackConfig,
     writer: StoreWriter,
@@ -207,8 +212,10 @@ impl Packing<'_> {
     /// Adds a piece to those that are packed side by side, and packs them when there are enough.
     fn add_piece(&mut self, piece: Piece, batch: &mut Vec<Piece>) -> Result<(), Error> {
         let waiting: usize = batch.iter().map(|piece| piece.mesh.triangles.len()).sum();
+        let placed: usize = batch.iter().map(|piece| piece.instances.len()).sum();
         let triangles = piece.mesh.triangles.len();
-        if waiting > 0 && waiting + triangles > self.budget.most {
+        let too_many = waiting + triangles > self.budget.most || placed + piece.instances.len() > PLACED;
+        if !batch.is_empty() && too_many {
             self.add(batch)?;
         }
         if triangles > self.budget.most {
@@ -337,7 +344,6 @@ impl Packing<'_> {
     }
 
     fn keep(&mut self, kept: Kept) {
-        let number = self.desc.meshes.len() as u32;
         self.done.triangles += kept.triangles;
         self.meshes_done = if kept.large == self.large { self.meshes_done + 1 } else { 1 };
         self.large = kept.large;
@@ -349,11 +355,7 @@ impl Packing<'_> {
             }
         }
         self.desc.meshes.push(kept.mesh);
-        self.desc.instances.extend(kept.instances.iter().map(|i| Instance {
-            world_from_object: i.world_from_object,
-            mesh: number,
-            name: i.name,
-        }));
+        self.instances.add_mesh(&kept.instances);
     }
 
     fn check_cancel(&self) -> Result<(), Error> {

@@ -5,22 +5,15 @@
 //! node stand behind it, so that one look at memory brings them all.
 
 use super::cluster::Packing;
-use crate::wide::{ChildRef, Node8, WideNode};
-use vastlight_math::{Aabb, Vec3};
+use crate::wide::{ChildRef, Node8, QuantisedBoxes, WideNode};
+use vastlight_math::Aabb;
 use vastlight_simd::Simd8;
 
 /// Eight children and their boxes in 92 bytes, in a page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct PackedNode {
-    /// Bits of the f32 from which planes are counted, by axis.
-    origin: [u32; 3],
-    /// Distance between planes, by axis: the exponent bits of an f32.
-    exponents: [u8; 3],
-    /// Slots with a child, as bits.
-    used: u8,
-    /// By axis, then lower or upper, then slot.
-    planes: [[[u8; 8]; 2]; 3],
+    boxes: QuantisedBoxes,
     /// By slot: how far behind this node another one stands, in units of four bytes less one; or the first triangle of a
     /// leaf in the cluster in the lower eight bits, and its number of triangles less one. So nodes only ever lead on, also
     /// in a damaged page.
@@ -72,10 +65,10 @@ impl PackedNode {
         first_triangle: u16,
     ) -> Self {
         let first_triangle = first_triangle.to_le_bytes();
-        let mut packed =
-            Self { planes: [[[u8::MAX; 8], [0; 8]]; 3], packing, first_triangle, ..Self::default() };
+        let used = (0..8).fold(0, |used, slot| used | u8::from(children[slot].is_some()) << slot);
+        let boxes = QuantisedBoxes::new(node, used);
+        let mut packed = Self { boxes, packing, first_triangle, ..Self::default() };
         for (slot, child) in children.iter().enumerate() {
-            packed.used |= u8::from(child.is_some()) << slot;
             match child {
                 Some(PackedChild::Leaf(run)) => {
                     packed.leaves |= 1 << slot;
@@ -84,7 +77,6 @@ impl PackedNode {
                 Some(PackedChild::Node) | None => {}
             }
         }
-        (0..3).for_each(|axis| packed.pack_axis(node, axis));
         packed
     }
 
@@ -106,53 +98,15 @@ impl PackedNode {
         LeafRun { first: child as u8, count: (child >> 8) as u8 % 8 + 1 }
     }
 
-    /// Rounds the planes of an axis outward, to the smallest distance with which eight bits reach.
-    fn pack_axis(&mut self, node: &Node8, axis: usize) {
-        let slots = || (0..8).filter(|&slot| self.used >> slot & 1 == 1);
-        let [lower, upper] = &node.planes[axis];
-        let first = slots().map(|s| lower[s]).fold(f32::INFINITY, f32::min);
-        let last = slots().map(|s| upper[s]).fold(f32::NEG_INFINITY, f32::max);
-        let smallest = ((last - first) / 255.0).to_bits() >> 23;
-        for exponent in smallest.clamp(1, 253)..=254 {
-            let step = f32::from_bits(exponent << 23);
-            let plane = |q: u8| first + f32::from(q) * step;
-            let mut planes = [[u8::MAX; 8], [0; 8]];
-            let mut fits = true;
-            for slot in slots() {
-                let down =
-                    (0..=last_below(lower[slot] - first, step)).rev().find(|&q| plane(q) <= lower[slot]);
-                let up = (last_below(upper[slot] - first, step)..=u8::MAX).find(|&q| plane(q) >= upper[slot]);
-                fits &= up.is_some();
-                (planes[0][slot], planes[1][slot]) = (down.unwrap_or(0), up.unwrap_or(u8::MAX));
-            }
-            (self.origin[axis], self.exponents[axis], self.planes[axis]) =
-                (first.to_bits(), exponent as u8, planes);
-            if fits {
-                return;
-            }
-        }
-    }
-
     /// The same with full boxes; it stands at `place`.
     #[must_use]
     pub fn to_wide(&self, place: usize) -> Node8 {
         let mut node = Node8::EMPTY;
-        for slot in (0..8).filter(|&slot| self.used >> slot & 1 == 1) {
+        for slot in (0..8).filter(|&slot| self.boxes.used() >> slot & 1 == 1) {
             node.set(slot, self.child(place, slot), &self.bounds(slot));
         }
         node
     }
-
-    #[inline(always)]
-    fn plane(&self, axis: usize, side: usize, slot: usize) -> f32 {
-        let step = f32::from_bits(u32::from(self.exponents[axis]) << 23);
-        f32::from_bits(self.origin[axis]) + f32::from(self.planes[axis][side][slot]) * step
-    }
-}
-
-/// The number of steps up to `x`, in 8 bits.
-fn last_below(x: f32, step: f32) -> u8 {
-    (x / step).min(255.0) as u8
 }
 
 impl WideNode for PackedNode {
@@ -167,29 +121,24 @@ impl WideNode for PackedNode {
 
     #[inline(always)]
     fn planes<S: Simd8>(&self, s: S, axis: usize, side: usize) -> S::F {
-        let step = f32::from_bits(u32::from(self.exponents[axis]) << 23);
-        // The product is exact, so the sum is rounded once at every level.
-        s.add(
-            s.splat(f32::from_bits(self.origin[axis])),
-            s.mul(s.widen(&self.planes[axis][side]), s.splat(step)),
-        )
+        self.boxes.planes(s, axis, side)
     }
 
     #[inline(always)]
     fn bounds(&self, slot: usize) -> Aabb {
-        let corner = |side: usize| Vec3::from(std::array::from_fn(|axis| self.plane(axis, side, slot % 8)));
-        Aabb { min: corner(0), max: corner(1) }
+        self.boxes.bounds(slot)
     }
 
     #[inline(always)]
     fn used(&self) -> u32 {
-        u32::from(self.used)
+        u32::from(self.boxes.used())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vastlight_math::Vec3;
 
     #[test]
     fn packed_boxes_contain_the_given_ones_and_are_little_larger() {

@@ -15,6 +15,28 @@ pub trait WideNode {
     fn used(&self) -> u32;
 }
 
+impl<N: WideNode> WideNode for &N {
+    #[inline(always)]
+    fn child(&self, place: usize, slot: usize) -> ChildRef {
+        N::child(self, place, slot)
+    }
+
+    #[inline(always)]
+    fn planes<S: Simd8>(&self, simd: S, axis: usize, side: usize) -> S::F {
+        N::planes(self, simd, axis, side)
+    }
+
+    #[inline(always)]
+    fn bounds(&self, slot: usize) -> Aabb {
+        N::bounds(self, slot)
+    }
+
+    #[inline(always)]
+    fn used(&self) -> u32 {
+        N::used(self)
+    }
+}
+
 /// Corners of eight triangles: by corner, then axis, then lane.
 pub type LeafLanes = [[[f32; 8]; 3]; 3];
 

@@ -2,15 +2,21 @@
 
 mod collapse;
 mod direct;
+mod grid;
+mod instances;
 mod layout;
 mod mesh;
+mod quantised;
 mod top;
 pub mod traverse;
 mod validate;
 
+pub use grid::{CellWalk, GridBvh};
+pub use instances::{InstanceBvh, InstanceNode, InstanceNodes, SmallNode};
 pub use layout::{Block8, ChildRef, Leaf, LeafLanes, Node8, WideNode};
 pub(crate) use mesh::extent;
 pub use mesh::{MeshBuild, MeshBvh, MeshView};
+pub use quantised::QuantisedBoxes;
 pub use top::TopBvh;
 pub(crate) use validate::validate_blocks;
 pub use validate::{Boxes, validate_nodes};

@@ -3,7 +3,7 @@
 //! Children wait on a stack of (distance, child) in one u64 each, near ones on top, so that a child behind the closest
 //! hit is dropped when its turn comes.
 
-use super::{ChildRef, WideNode};
+use super::{ChildRef, InstanceNodes, Node8, SmallNode, WideNode};
 use crate::ray::BoxRay;
 use vastlight_simd::Simd8;
 
@@ -135,6 +135,32 @@ impl Memory {
             first: [nodes.as_ptr().cast(), leaves.as_ptr().cast()],
             stride: [size_of::<N>(), size_of::<L>()],
         }
+    }
+}
+
+/// The same for a tree over instances, whose leaves are rows of a table.
+#[derive(Clone, Copy, Debug)]
+pub struct InstanceMemory(Memory);
+
+impl InstanceMemory {
+    /// The memory of a tree; `table` says where the table begins and how many bytes a row has.
+    #[inline(always)]
+    #[must_use]
+    pub fn new(nodes: &InstanceNodes, table: (*const u8, usize)) -> Self {
+        let (first, stride) = match nodes {
+            InstanceNodes::Full(nodes) => (nodes.as_ptr().cast(), size_of::<Node8>()),
+            InstanceNodes::Small(nodes) => (nodes.as_ptr().cast(), size_of::<SmallNode>()),
+        };
+        Self(Memory { first: [first, table.0], stride: [stride, table.1] })
+    }
+}
+
+impl Prefetch for InstanceMemory {
+    #[inline(always)]
+    fn prefetch<S: Simd8>(&self, simd: S, child: ChildRef) {
+        let Memory { first, stride } = &self.0;
+        let kind = usize::from(child.is_leaf());
+        simd.prefetch::<4>(first[kind].wrapping_add(stride[kind] * child.index()));
     }
 }
 

@@ -9,7 +9,7 @@ use crate::target::Target;
 use serde_json::{Map, Value, json};
 use vastlight_math::{Affine3, Vec3};
 use vastlight_scene::{
-    Camera, Diagnostics, Environment, Filter, Instance, Light, LightKind, Projection, Scene, Texture, Wrap,
+    Camera, Diagnostics, Environment, Filter, Instances, Light, LightKind, Projection, Scene, Texture, Wrap,
 };
 
 const ARRAY_BUFFER: u32 = 34962;
@@ -19,7 +19,7 @@ const ELEMENT_BUFFER: u32 = 34963;
 pub(super) struct Document<'a> {
     pub(super) scene: &'a Scene,
     pub(super) layout: &'a Layout,
-    pub(super) instances: &'a [Instance],
+    pub(super) instances: &'a Instances,
 }
 
 /// Tables that refer to the binary chunk.
@@ -127,7 +127,7 @@ impl Document<'_> {
             count += 1;
             file.put(format!("{}{node}", if count == 1 { ",\"nodes\":[" } else { "," }).as_bytes())
         };
-        for instance in self.instances {
+        for instance in self.instances.iter() {
             let name = Value::from(self.scene.name(instance.name));
             let mesh = numbers[instance.mesh as usize].map_or(String::new(), |n| format!(",\"mesh\":{n}"));
             put(format!("{{\"name\":{name}{mesh}{}}}", place(&instance.world_from_object)))?;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 use vastlight_math::Aabb;
-use vastlight_scene::{Instance, Mesh, PieceInstance};
+use vastlight_scene::{Instances, Mesh, PieceInstance};
 
 /// A mesh's run of triangles with one material, over the range of vertices that it uses.
 #[derive(Clone, Debug)]
@@ -39,7 +39,7 @@ pub(super) struct MeshLayout {
 pub(super) struct Layout {
     pub(super) meshes: Vec<MeshLayout>,
     /// Placements that came with their meshes.
-    pub(super) instances: Vec<Instance>,
+    pub(super) instances: Instances,
     /// Offset and length of each image; length 0 for one that no texture uses.
     pub(super) images: Vec<(u64, u64)>,
     /// Length of the chunk so far, a multiple of four.
@@ -49,13 +49,7 @@ pub(super) struct Layout {
 impl Layout {
     /// Puts a mesh after those before it.
     pub(super) fn add(&mut self, mesh: &Mesh, instances: &[PieceInstance]) {
-        let number = self.meshes.len() as u32;
-        let instance = |i: &PieceInstance| Instance {
-            world_from_object: i.world_from_object,
-            mesh: number,
-            name: i.name,
-        };
-        self.instances.extend(instances.iter().map(instance));
+        self.instances.add_mesh(instances);
         let layout = MeshLayout {
             name: mesh.name.clone(),
             attributes: attributes(mesh),

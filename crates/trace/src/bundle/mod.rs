@@ -202,12 +202,13 @@ impl Bundle {
         chosen: u64,
     ) {
         let tracer = job.tracer;
-        let place = Place { placed: None, extent: tracer.extent, margin_factor: tracer.margin_factor };
+        let (extent, margin_factor) = (tracer.places.extent, tracer.places.margin_factor);
+        let place = Place { placed: None, extent, margin_factor };
         self.world.load(simd, &place, (job.rays, &job.patch), chosen, &self.reach);
         self.waiting.push(Entry::root(root));
-        let nodes = &tracer.top.nodes[..];
-        while let Some(entry) = self.next_leaf::<S, true>(simd, &nodes, 0) {
-            let lanes = self.world.meeting(simd, &entry.bounds(simd, &nodes, &Aabb::EMPTY));
+        let nodes = &tracer.top.nodes;
+        while let Some(entry) = self.next_leaf::<S, true>(simd, nodes, 0) {
+            let lanes = self.world.meeting(simd, &entry.bounds(simd, nodes, &Aabb::EMPTY));
             let rays = self.rays_of(lanes);
             if rays != 0 && self.cross_instance(simd, job, entry.child.index(), rays) {
                 self.shorten_in_world::<S, ANY>(simd, lanes);
@@ -235,7 +236,11 @@ impl Bundle {
         instance: usize,
         rays: u64,
     ) -> bool {
-        let Some(placed) = job.tracer.placed.get(instance) else { return false };
+        if instance >= job.tracer.places.len() {
+            return false;
+        }
+        let mut room = None;
+        let placed = job.tracer.places.get(instance, &mut room);
         let mesh = &job.tracer.meshes[placed.mesh as usize];
         let (Some(root), true) = (mesh.root(), rays != 0) else { return false };
         let MeshSpace { bounds, extent, .. } = mesh.space();
@@ -321,7 +326,7 @@ impl Bundle {
     /// The turn of the subtree through which the bundle goes, for the ray in a lane.
     fn turn<F: Judge, const ANY: bool>(&self, task: &Task<'_, '_, F, ANY>, lane: usize) -> Turn {
         let tracer = task.job.tracer;
-        let mesh = &tracer.meshes[tracer.placed[task.instance as usize].mesh as usize];
+        let mesh = &tracer.meshes[tracer.places.mesh(task.instance as usize) as usize];
         let Leaves::Pages(mesh) = mesh.leaves() else { return Turn::NEVER };
         let ray = &task.job.rays[task.job.patch.index(self.mesh.member(lane))];
         let subtree = (self.subtree, &mesh.roots[self.subtree as usize]);
@@ -369,7 +374,7 @@ impl Bundle {
 fn descend<S: Simd8>(simd: S, space: &Space, nodes: &impl Nodes, node: ChildRef, waiting: &mut Vec<Entry>) {
     let number = node.index();
     let Some(node) = nodes.node(simd, number) else { return };
-    let (mut hits, near) = space.may_meet(simd, node);
+    let (mut hits, near) = space.may_meet(simd, &node);
     let near = simd.to_array(near);
     let bottom = waiting.len();
     while hits != 0 {

@@ -1,6 +1,6 @@
 //! The kd-trees of a scene.
 
-use crate::instance::Placed;
+use crate::instance::Places;
 use crate::tracer::view;
 use rayon::prelude::*;
 use vastlight_accel::BuildError;
@@ -27,15 +27,11 @@ impl KdScene {
         meshes.par_iter().map(|mesh| KdMesh::build(&view(*mesh), &kind.config())).collect()
     }
 
-    /// Joins the trees of meshes under one over instances, whose boxes are `boxes`.
-    pub(crate) fn new(
-        meshes: Vec<KdMesh>,
-        placed: &[Placed],
-        boxes: Vec<Aabb>,
-        kind: &KdKind,
-    ) -> Result<Self, BuildError> {
+    /// Joins the trees of meshes under one over instances.
+    pub(crate) fn new(meshes: Vec<KdMesh>, places: &Places, kind: &KdKind) -> Result<Self, BuildError> {
+        let boxes: Vec<Aabb> = (0..places.len() as u32).into_par_iter().map(|i| places.bounds(i)).collect();
         let top = build(&boxes, &KdConfig { max_leaf: 1, ..kind.config() })?;
-        let cost = top.cost(|instance| meshes[placed[instance as usize].mesh as usize].cost);
+        let cost = top.cost(|instance| meshes[places.mesh(instance as usize) as usize].cost);
         Ok(Self { meshes, top, boxes, stacked: kind.stacked, cost })
     }
 

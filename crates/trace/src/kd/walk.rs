@@ -175,7 +175,7 @@ impl<'a> Walk<'a> {
     fn way_in_world(&mut self) -> Option<(KdRay, f32)> {
         if self.way.is_none() {
             let scaled = ScaledRay::new(self.ray.origin, self.ray.direction)?;
-            let boxes = scaled.for_boxes(self.tracer.extent, self.tracer.margin_factor);
+            let boxes = scaled.for_boxes(self.tracer.places.extent, self.tracer.places.margin_factor);
             self.way = Some((KdRay::new(&boxes, self.ray.t_min / scaled.t_scale), scaled.t_scale));
         }
         self.way
@@ -184,7 +184,8 @@ impl<'a> Walk<'a> {
     /// The ray in the mesh of an instance; none if it cannot hit it.
     #[inline(always)]
     pub(crate) fn crossing(&self, instance: u32) -> Option<Crossing<'a>> {
-        let placed = &self.tracer.placed[instance as usize];
+        let mut room = None;
+        let placed = self.tracer.places.get(instance as usize, &mut room);
         let mesh = &self.kd.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let scaled = ScaledRay::new(origin, direction)?;

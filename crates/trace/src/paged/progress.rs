@@ -37,7 +37,8 @@ impl Turn {
     /// The same for a ray in the world.
     #[inline(never)]
     pub(crate) fn in_world(tracer: &Tracer, ray: &Ray, instance: u32, subtree: (u32, &PageRoot)) -> Self {
-        let placed = &tracer.placed[instance as usize];
+        let mut room = None;
+        let placed = tracer.places.get(instance as usize, &mut room);
         let (origin, direction) = placed.map_ray(ray.origin, ray.direction);
         let extent = tracer.meshes[placed.mesh as usize].space().extent;
         match ScaledRay::new(origin, direction) {

@@ -11,7 +11,7 @@ use vastlight_paging::Table;
 use vastlight_scene::Scene;
 use vastlight_simd::Level;
 use vastlight_trace::paged::{Found, PagedBatch, PagedFilter, Pager, Verdict};
-use vastlight_trace::{Hit, HitFilter, Tracer, TracerConfig};
+use vastlight_trace::{Hit, HitFilter, Layout, TopLevel, TraceError, Tracer, TracerConfig};
 
 /// Small pages, so that there are many.
 const SLOT: usize = 1 << 11;
@@ -24,7 +24,7 @@ struct Paged {
 }
 
 impl Paged {
-    fn new(scene: &Scene, level: Level) -> Self {
+    fn new(scene: &Scene, level: Level, top: TopLevel) -> Self {
         let (mut meshes, mut pages) = (Vec::new(), Vec::new());
         for mesh in scene.meshes() {
             let view = MeshView { positions: &mesh.positions, triangles: &mesh.triangles };
@@ -35,7 +35,7 @@ impl Paged {
             pages.append(&mut own);
             meshes.push(std::sync::Arc::new(compact));
         }
-        let config = TracerConfig { level: Some(level), ..TracerConfig::default() };
+        let config = TracerConfig { level: Some(level), top, ..TracerConfig::default() };
         let tracer = Tracer::over_pages(scene, meshes, &config).expect("placed");
         let all = Table::resident(pages.iter().map(|page| &page.bytes[..]), SLACK);
         Self { tracer, pages, all }
@@ -134,8 +134,8 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-fn check(name: &str, scene: &Scene, level: Level, slots: usize) {
-    let paged = Paged::new(scene, level);
+fn check(name: &str, scene: &Scene, (level, top): (Level, TopLevel), slots: usize) {
+    let paged = Paged::new(scene, level, top);
     let resident = tracer(scene, level);
     let mut random = Random(slots as u64 + 1);
     let alone = rays_at(&mut random, 400, Vec3::ZERO, 1.0);
@@ -174,7 +174,7 @@ fn check_places(scene: &Scene, paged: &Paged, hits: &[Hit], places: &[Found]) {
     for (hit, place) in hits.iter().zip(places).filter(|(hit, _)| hit.is_hit()) {
         let triangles = &paged.pages[place.page as usize].triangles;
         assert_eq!(triangles[place.place as usize], hit.prim);
-        let mesh = &scene.meshes()[scene.instances()[hit.instance as usize].mesh as usize];
+        let mesh = &scene.meshes()[scene.instances().mesh(hit.instance as usize) as usize];
         assert_eq!(place.corners, mesh.corners(hit.prim));
     }
     assert!(paged.all.pages() > 20, "{} pages", paged.all.pages());
@@ -185,10 +185,49 @@ fn hits_do_not_depend_on_which_pages_are_in_memory() {
     for (name, scene) in scenes() {
         for level in Level::available() {
             for slots in [1, 2, 7, 50] {
-                check(name, &scene, level, slots);
+                check(name, &scene, (level, TopLevel::Tree), slots);
             }
         }
     }
+}
+
+#[test]
+fn nor_on_whether_a_tree_or_a_grid_is_above_them() {
+    for (name, scene) in scenes() {
+        for (per_axis, slots) in [(1, 7), (5, 2), (5, 50), (32, 7)] {
+            check(name, &scene, (Level::detect(), TopLevel::Grid(per_axis)), slots);
+        }
+    }
+}
+
+/// Without pages to wait for: also rays from far away, for which cells have no order; and a scene that is a little different
+/// has other hits.
+#[test]
+fn a_grid_gives_the_hits_of_a_tree() {
+    let mut random = Random(23);
+    let soup = random_soup(&mut random, 900, 0.2, 1.0, Vec3::ZERO);
+    let maps = |shift: f32| -> Vec<Affine3> {
+        let turned = |i: usize| Affine3::from_rotation_y(i as f32) * Affine3::from_scale(Vec3::splat(0.4));
+        (0..20).map(|i| Affine3::from_translation(Vec3::X * (i as f32 * 0.2 + shift)) * turned(i)).collect()
+    };
+    let whole = scene(vec![(soup.clone(), maps(0.0))]);
+    let tracer_over = |scene: &Scene, layout: Layout, top: TopLevel| {
+        Tracer::new(scene, &TracerConfig { layout, top, ..TracerConfig::default() })
+    };
+    let near = rays_at(&mut random, 3000, Vec3::X * 2.0, 2.0);
+    let far = near.iter().map(|ray| Ray { origin: ray.origin - ray.direction * 1e4, ..*ray });
+    let rays: Vec<Ray> = near.iter().copied().chain(far).collect();
+    let expected = closest(&tracer_over(&whole, Layout::Wide, TopLevel::Tree).expect("built"), &rays);
+    assert!(expected.iter().filter(|hit| hit.is_hit()).count() > 1000);
+    for per_axis in [1, 2, 16, 64] {
+        let grid = tracer_over(&whole, Layout::Compact, TopLevel::Grid(per_axis)).expect("built");
+        assert_eq!(closest(&grid, &rays), expected, "{per_axis}");
+        assert_eq!(occluded(&grid, &rays), expected.iter().map(Hit::is_hit).collect::<Vec<_>>());
+        let moved = scene(vec![(soup.clone(), maps(1e-3))]);
+        let grid = tracer_over(&moved, Layout::Compact, TopLevel::Grid(per_axis)).expect("built");
+        assert_ne!(closest(&grid, &rays), expected);
+    }
+    assert_eq!(tracer_over(&whole, Layout::Wide, TopLevel::Grid(4)).err(), Some(TraceError::Grid));
 }
 
 /// All pages are in memory.
@@ -220,7 +259,7 @@ fn no_ray_gets_out_between_pages() {
     let bumpy = |p: Vec3| 1.0 + 0.2 * (p.x * 9.0).sin() * (p.y * 7.0).cos();
     let mut mesh = closed_surface(60, 120, bumpy);
     let scene = scene(vec![(mesh.clone(), vec![Affine3::IDENTITY])]);
-    let paged = Paged::new(&scene, Level::detect());
+    let paged = Paged::new(&scene, Level::detect(), TopLevel::Tree);
     assert!(paged.pages.len() > 50);
     mesh.positions.clone_from(&scene.meshes()[0].positions);
     let (mut random, mut batch, mut escaped) = (Random(17), PagedBatch::default(), 0);
@@ -241,7 +280,7 @@ fn no_ray_gets_out_between_pages() {
 #[test]
 fn a_page_that_cannot_be_had_is_an_error() {
     let (_, scene) = scenes().swap_remove(0);
-    let paged = Paged::new(&scene, Level::PORTABLE);
+    let paged = Paged::new(&scene, Level::PORTABLE, TopLevel::Tree);
     let mut pager = Careless {
         paged: &paged,
         random: Random(1),

@@ -27,7 +27,7 @@ fn target(random: &mut Random, mesh: &Mesh, kind: usize) -> Vec3 {
 /// How many of `count` rays from inside to targets miss.
 fn escaped(scene: &Scene, count: usize, inside: f32, seed: u64) -> usize {
     let mut random = Random(seed);
-    let (mesh, map) = (&scene.meshes()[0], scene.instances()[0].world_from_object);
+    let (mesh, map) = (&scene.meshes()[0], *scene.instances().map(0));
     let rays: Vec<Ray> = (0..count)
         .map(|i| {
             let target = map.transform_point3(target(&mut random, mesh, i));

@@ -9,12 +9,12 @@ use super::tree::{Choice, Item};
 use super::triangle::{TriangleLight, TrianglePoint};
 use crate::material::MaterialTable;
 use vastlight_math::{Affine3, Vec2, Vec3};
-use vastlight_scene::{Instance, Scene};
+use vastlight_scene::Scene;
 
 /// Emissive triangles (times instances) in the world-space tree, before meshes share trees.
 pub(super) const FLAT_LIMIT: u64 = 1 << 19;
 
-/// The first light of an instance without light.
+/// The first light of a mesh without light.
 const NONE: u32 = u32::MAX;
 
 /// A triangle of the world-space tree, ready to be sampled: 64 bytes.
@@ -86,7 +86,7 @@ pub(super) struct Surfaces<'a> {
     flat: Vec<FlatLight>,
     /// What each light is.
     leaves: Vec<Leaf>,
-    /// The number of the first light of each instance, or [`NONE`]; empty if nothing shines.
+    /// By mesh, the number of the first light of its first instance, or [`NONE`]; empty if nothing shines.
     first: Vec<u32>,
 }
 
@@ -105,8 +105,11 @@ impl<'a> Surfaces<'a> {
             return found;
         }
         found.share_trees(flat_limit);
-        for (i, instance) in scene.instances().iter().enumerate() {
-            found.append_instance(i as u32, instance, items);
+        for mesh in 0..found.meshes.len() as u32 {
+            let of_mesh = scene.instances().of_mesh(mesh);
+            let shines = found.meshes[mesh as usize].count > 0;
+            found.first.push(if shines { found.flat.len() as u32 } else { NONE });
+            of_mesh.filter(|_| shines).for_each(|i| found.append_instance(i, mesh, items));
         }
         found
     }
@@ -116,16 +119,10 @@ impl<'a> Surfaces<'a> {
         self.flat.len()
     }
 
-    fn append_instance(&mut self, number: u32, instance: &Instance, items: &mut Vec<Item>) {
-        let found = &self.meshes[instance.mesh as usize];
-        if found.count == 0 {
-            self.first.push(NONE);
-            return;
-        }
+    fn append_instance(&mut self, number: u32, mesh: u32, items: &mut Vec<Item>) {
         let first = self.flat.len() as u32;
-        self.first.push(first);
-        let map = &instance.world_from_object;
-        let mesh = &self.scene.meshes()[instance.mesh as usize];
+        let (found, scene) = (&self.meshes[mesh as usize], self.scene);
+        let (mesh, map) = (&scene.meshes()[mesh as usize], scene.instances().map(number as usize));
         if let Some(shared) = &found.shared {
             items.push(shared.item(map, first));
             self.leaves.push(Leaf { instance: number, triangle: 0 });
@@ -142,10 +139,9 @@ impl<'a> Surfaces<'a> {
 
     /// Gives trees of their own to the meshes with the most instanced triangles, until the others fit.
     fn share_trees(&mut self, flat_limit: u64) {
-        let mut uses = vec![0_u64; self.meshes.len()];
-        for instance in self.scene.instances() {
-            uses[instance.mesh as usize] += 1;
-        }
+        let instances = self.scene.instances();
+        let uses: Vec<u64> =
+            (0..self.meshes.len() as u32).map(|mesh| instances.of_mesh(mesh).len() as u64).collect();
         let cost = |i: usize| uses[i] * u64::from(self.meshes[i].count);
         let mut total: u64 = (0..uses.len()).map(cost).sum();
         let mut order: Vec<usize> =
@@ -209,7 +205,7 @@ impl<'a> Surfaces<'a> {
         u: Vec2,
         probability: f32,
     ) -> Option<SurfaceSample> {
-        let mesh_number = self.scene.instances()[leaf.instance as usize].mesh as usize;
+        let mesh_number = self.scene.instances().mesh(leaf.instance as usize) as usize;
         let (_, run) = self.meshes[mesh_number].find(leaf.triangle)?;
         if !run.two_sided && !shape.faces(from) {
             return None;
@@ -225,9 +221,13 @@ impl<'a> Surfaces<'a> {
     /// The light that a triangle belongs to, and its number in the instance's shared tree.
     #[inline]
     pub(super) fn find(&self, instance: u32, triangle: u32) -> Option<(u32, Option<u32>)> {
-        let first = self.first.get(instance as usize).copied().filter(|&f| f != NONE)?;
-        let (mesh, _) = self.placed(instance);
+        let instances = self.scene.instances();
+        let mesh_number = if self.first.is_empty() { return None } else { instances.mesh(instance as usize) };
+        let of_mesh = self.first.get(mesh_number as usize).copied().filter(|&f| f != NONE)?;
+        let mesh = &self.meshes[mesh_number as usize];
         let (number, _) = mesh.find(triangle)?;
+        let each = if mesh.shared.is_some() { 1 } else { mesh.count };
+        let first = of_mesh + (instance - instances.of_mesh(mesh_number).start) * each;
         Some(if mesh.shared.is_some() { (first, Some(number)) } else { (first + number, None) })
     }
 
@@ -253,14 +253,14 @@ impl<'a> Surfaces<'a> {
     }
 
     fn placed(&self, instance: u32) -> (&EmissiveMesh, &Affine3) {
-        let instance = &self.scene.instances()[instance as usize];
-        (&self.meshes[instance.mesh as usize], &instance.world_from_object)
+        let (instances, instance) = (self.scene.instances(), instance as usize);
+        (&self.meshes[instances.mesh(instance) as usize], instances.map(instance))
     }
 
     fn shape(&self, leaf: &Leaf) -> TriangleLight {
-        let instance = &self.scene.instances()[leaf.instance as usize];
-        let mesh = &self.scene.meshes()[instance.mesh as usize];
-        TriangleLight::placed(mesh.corners(leaf.triangle), &instance.world_from_object)
+        let (instances, instance) = (self.scene.instances(), leaf.instance as usize);
+        let mesh = &self.scene.meshes()[instances.mesh(instance) as usize];
+        TriangleLight::placed(mesh.corners(leaf.triangle), instances.map(instance))
     }
 
     pub(super) fn bytes(&self) -> usize {

@@ -18,7 +18,7 @@ use crate::camera::CameraRays;
 use crate::light::Lights;
 use crate::material::MaterialTable;
 use crate::pages::{PageWalk, PagedGeometry};
-use crate::placement::Placement;
+use crate::placement::Placements;
 use crate::sample::{RenderStats, Sample};
 use crate::settings::RenderSettings;
 use crate::veil::VeilIndex;
@@ -40,7 +40,7 @@ pub(crate) struct Context<'a> {
     pub(crate) camera: &'a CameraRays,
     pub(crate) veils: &'a VeilIndex,
     /// By instance.
-    pub(crate) placements: &'a [Placement],
+    pub(crate) placements: &'a Placements,
     /// Where the meshes are, if not in memory.
     pub(crate) pages: Option<PagedGeometry<'a>>,
 }

@@ -6,9 +6,11 @@ use crate::exit::Exit;
 use crate::interrupt;
 use clap::{Args, ValueEnum};
 use serde_json::json;
+use vastlight::accel::wide::GridBvh;
 use vastlight::math::Affine3;
 use vastlight::paging::PolicyKind;
 use vastlight::scene::{Camera, Scene};
+use vastlight::trace::TopLevel;
 use vastlight::transport::Integrator;
 use vastlight::{
     CacheCounts, Control, Error, OocFigures, PagingRequest, RenderRequest, measure_ooc, peak_rss_bytes,
@@ -39,6 +41,12 @@ pub(crate) struct Ooc {
     /// Which page leaves when room is needed: lfu (as published), clock, lru-2 or s3-fifo
     #[arg(long, value_name = "NAME", default_value = PolicyKind::default().name(), value_parser = policy)]
     policy: PolicyKind,
+    /// What is above the pages: tree, or as published grid:N, with N cells along each axis
+    #[arg(long, value_name = "TOP", default_value = "tree", value_parser = top_level)]
+    top: TopLevel,
+    /// Trace every ray by itself, as with a grid
+    #[arg(long)]
+    single_rays: bool,
     /// Read past the kernel's page cache, so that the disk is the level behind the cache
     #[arg(long)]
     bypass: bool,
@@ -106,6 +114,15 @@ fn policy(name: &str) -> Result<PolicyKind, String> {
     known.ok_or_else(|| format!("known are {}", PolicyKind::ALL.map(PolicyKind::name).join(", ")))
 }
 
+fn top_level(name: &str) -> Result<TopLevel, String> {
+    let cells = |n: &str| n.parse().ok().filter(|n| (1..=GridBvh::MOST_PER_AXIS as u32).contains(n));
+    match name.strip_prefix("grid:") {
+        None if name == "tree" => Ok(TopLevel::Tree),
+        Some(n) if let Some(n) = cells(n) => Ok(TopLevel::Grid(n)),
+        _ => Err(format!("known are tree and grid:1 to grid:{}", GridBvh::MOST_PER_AXIS)),
+    }
+}
+
 pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     let cancel = interrupt::flag()?;
     let mut options = arguments.scene.options(common)?;
@@ -113,6 +130,10 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     let open = vastlight::open(&arguments.scene.scene, &options)?;
     let strategy = open.stored.as_ref().map_or("", |stored| stored.strategy.name());
     let control = Control { cancel, progress: &|_| {} };
+    let top = match arguments.top {
+        TopLevel::Tree => "tree".to_owned(),
+        TopLevel::Grid(n) => format!("grid:{n}"),
+    };
     for &view in &arguments.view {
         for &mode in &arguments.mode {
             let mut request = arguments.picture.request(&open.scene, Vec::new())?;
@@ -121,11 +142,12 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
             request.paging.batches_per_thread = arguments.batches;
             request.paging.paths_per_batch = arguments.batch_paths;
             request.paging.policy = arguments.policy;
+            (request.tracer.top, request.tracer.single_rays) = (arguments.top, arguments.single_rays);
             let camera = request.settings.camera.name.clone();
             let mut whole_ms = None;
             let print = |figures: &OocFigures| {
                 let whole_ms = *whole_ms.get_or_insert(figures.frame_ms);
-                print_line((strategy, &camera), view, mode, figures, figures.frame_ms / whole_ms);
+                print_line((strategy, &top, &camera), view, mode, figures, figures.frame_ms / whole_ms);
             };
             measure_ooc(&open, &request, &arguments.cache_fraction, arguments.repeat, &control, print)?;
         }
@@ -133,7 +155,13 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     Ok(Exit::Done)
 }
 
-fn print_line((strategy, camera): (&str, &str), view: View, mode: Mode, figures: &OocFigures, slowdown: f64) {
+fn print_line(
+    (strategy, top, camera): (&str, &str, &str),
+    view: View,
+    mode: Mode,
+    figures: &OocFigures,
+    slowdown: f64,
+) {
     let (geometry, attributes) = (&figures.paging.geometry, &figures.paging.attributes);
     let tiles = figures.paging.tiles.as_ref();
     let of_tiles = tiles.map_or(0, |tiles| tiles.bytes_read);
@@ -141,6 +169,7 @@ fn print_line((strategy, camera): (&str, &str), view: View, mode: Mode, figures:
     let line = json!({
         "bench": "ooc",
         "strategy": strategy,
+        "top": top,
         "view": view.name(),
         "camera": camera,
         "mode": mode.name(),
@@ -151,6 +180,7 @@ fn print_line((strategy, camera): (&str, &str), view: View, mode: Mode, figures:
         "tile_hit_rate": tiles.map(CacheCounts::hit_rate),
         "bytes_read": bytes_read,
         "bytes_per_ray": bytes_read as f64 / figures.rays.max(1) as f64,
+        "structure_bytes": figures.structure_bytes,
         "frame_ms": figures.frame_ms,
         "cold_ms": figures.cold_ms,
         "rays": figures.rays,

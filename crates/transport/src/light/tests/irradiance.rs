@@ -97,7 +97,7 @@ fn light_and_direction_sampling_agree_on_average() {
             // Lights do not hide each other here: everything along the direction counts.
             let mut sum = (lights.environment(d), lights.pdf_environment(from, normal, d));
             for (i, t, p) in all_hits(scene, from, d) {
-                let instance = &scene.instances()[i as usize];
+                let instance = scene.instances().get(i as usize).expect("an instance");
                 let material = scene.meshes()[instance.mesh as usize].material_of(t);
                 let map = instance.world_from_object;
                 let [a, b, c] = scene.meshes()[instance.mesh as usize].corners(t);
