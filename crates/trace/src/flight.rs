@@ -306,17 +306,14 @@ impl<'a, S: Simd8> Flight<'a, S> {
         let entry = self.current.index();
         let (instance, subtree) = match &tracer.grid {
             None => (entry, None),
-            Some(grid) => {
-                let Some(&[instance, subtree]) = grid.entries.get(entry) else { return false };
-                (instance as usize, Some(subtree))
-            }
+            Some(grid) => match grid.entries.get(entry) {
+                Some(&[instance, subtree]) => (instance as usize, Some(subtree)),
+                None => return false,
+            },
         };
-        // Where numbers overflow, a ray meets the box of a slot without child.
-        if instance >= tracer.places.len() {
-            return false;
-        }
         let mut room = None;
-        let placed = tracer.places.get(instance, &mut room);
+        // Where numbers overflow, a ray meets the box of a slot without child.
+        let Some(placed) = tracer.places.get(instance, &mut room) else { return false };
         let mesh = &tracer.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let Some(scaled) = ScaledRay::new(origin, direction) else { return false };

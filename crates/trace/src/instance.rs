@@ -192,12 +192,13 @@ impl Places {
         self.at_hand.get(instance).map_or_else(|| self.instances.mesh(instance), |placed| placed.mesh)
     }
 
-    /// An instance as rays see it; `room` is for what is not at hand.
+    /// An instance as rays see it, if it exists; `room` is for what is not at hand.
     #[inline(always)]
-    pub(crate) fn get<'p>(&'p self, instance: usize, room: &'p mut Option<Placed>) -> &'p Placed {
+    pub(crate) fn get<'p>(&'p self, instance: usize, room: &'p mut Option<Placed>) -> Option<&'p Placed> {
         match self.at_hand.get(instance) {
-            Some(placed) => placed,
-            None => room.insert(self.find(instance)),
+            Some(placed) => Some(placed),
+            None if instance < self.instances.len() => Some(room.insert(self.find(instance))),
+            None => None,
         }
     }
 

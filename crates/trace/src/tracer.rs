@@ -50,7 +50,7 @@ pub enum TopLevel {
     /// A tree over instances, below each the tree of its mesh.
     #[default]
     Tree,
-    /// As published: a grid of so many cells along each axis, at most [`GridBvh::MOST_PER_AXIS`], in each a tree over the
+    /// As published: a grid of so many cells along each axis, at most 256, in each a tree over the
     /// subtrees in pages of all instances. For meshes in pages; rays are not bundled.
     Grid(u32),
 }

@@ -236,11 +236,8 @@ impl Bundle {
         instance: usize,
         rays: u64,
     ) -> bool {
-        if instance >= job.tracer.places.len() {
-            return false;
-        }
         let mut room = None;
-        let placed = job.tracer.places.get(instance, &mut room);
+        let Some(placed) = job.tracer.places.get(instance, &mut room) else { return false };
         let mesh = &job.tracer.meshes[placed.mesh as usize];
         let (Some(root), true) = (mesh.root(), rays != 0) else { return false };
         let MeshSpace { bounds, extent, .. } = mesh.space();

@@ -185,7 +185,7 @@ impl<'a> Walk<'a> {
     #[inline(always)]
     pub(crate) fn crossing(&self, instance: u32) -> Option<Crossing<'a>> {
         let mut room = None;
-        let placed = self.tracer.places.get(instance as usize, &mut room);
+        let placed = self.tracer.places.get(instance as usize, &mut room)?;
         let mesh = &self.kd.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let scaled = ScaledRay::new(origin, direction)?;

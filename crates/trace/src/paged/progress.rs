@@ -38,7 +38,7 @@ impl Turn {
     #[inline(never)]
     pub(crate) fn in_world(tracer: &Tracer, ray: &Ray, instance: u32, subtree: (u32, &PageRoot)) -> Self {
         let mut room = None;
-        let placed = tracer.places.get(instance as usize, &mut room);
+        let Some(placed) = tracer.places.get(instance as usize, &mut room) else { return Self::NEVER };
         let (origin, direction) = placed.map_ray(ray.origin, ray.direction);
         let extent = tracer.meshes[placed.mesh as usize].space().extent;
         match ScaledRay::new(origin, direction) {

@@ -171,7 +171,8 @@ fn instances_share_the_structure_of_their_mesh() {
     };
     let (one, many) = (bytes(1), bytes(20_001));
     let each = (many - one) as f64 / 20_000.0;
-    assert!(each < 128.0, "{each} bytes an instance");
+    // The scene's matrix, what is at hand for rays, and full nodes.
+    assert!(each < 48.0 + 56.0 + 60.0, "{each} bytes an instance");
 }
 
 #[test]

@@ -215,11 +215,11 @@ fn a_grid_gives_the_hits_of_a_tree() {
         Tracer::new(scene, &TracerConfig { layout, top, ..TracerConfig::default() })
     };
     let near = rays_at(&mut random, 3000, Vec3::X * 2.0, 2.0);
-    let far = near.iter().map(|ray| Ray { origin: ray.origin - ray.direction * 1e4, ..*ray });
+    let far = near[..100].iter().map(|ray| Ray { origin: ray.origin - ray.direction * 1e4, ..*ray });
     let rays: Vec<Ray> = near.iter().copied().chain(far).collect();
     let expected = closest(&tracer_over(&whole, Layout::Wide, TopLevel::Tree).expect("built"), &rays);
     assert!(expected.iter().filter(|hit| hit.is_hit()).count() > 1000);
-    for per_axis in [1, 2, 16, 64] {
+    for per_axis in [1, 2, 20] {
         let grid = tracer_over(&whole, Layout::Compact, TopLevel::Grid(per_axis)).expect("built");
         assert_eq!(closest(&grid, &rays), expected, "{per_axis}");
         assert_eq!(occluded(&grid, &rays), expected.iter().map(Hit::is_hit).collect::<Vec<_>>());
