@@ -214,7 +214,7 @@ fn a_grid_gives_the_hits_of_a_tree() {
     let tracer_over = |scene: &Scene, layout: Layout, top: TopLevel| {
         Tracer::new(scene, &TracerConfig { layout, top, ..TracerConfig::default() })
     };
-    let near = rays_at(&mut random, 3000, Vec3::X * 2.0, 2.0);
+    let near = rays_at(&mut random, 6000, Vec3::X * 2.0, 2.0);
     let far = near[..100].iter().map(|ray| Ray { origin: ray.origin - ray.direction * 1e4, ..*ray });
     let rays: Vec<Ray> = near.iter().copied().chain(far).collect();
     let expected = closest(&tracer_over(&whole, Layout::Wide, TopLevel::Tree).expect("built"), &rays);
