@@ -6,7 +6,7 @@ use common::{Soup, inputs};
 use vastlight_accel::BuildConfig;
 use vastlight_accel::build::NAMES;
 use vastlight_accel::compact::{BlockSizes, CompactError, CompactMesh, PackedPage, Page, SLACK};
-use vastlight_accel::wide::{ChildRef, Leaf, MeshBvh};
+use vastlight_accel::wide::{ChildRef, Leaf, MeshBvh, WideNode};
 use vastlight_math::Vec3;
 use vastlight_paging::Table;
 use vastlight_simd::{Kernel, Level, Simd8};

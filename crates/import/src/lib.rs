@@ -4,6 +4,7 @@
 //! luminaire. No input makes these panic; what a file has and vastlight does not support is named in the
 //! [`vastlight_scene::Diagnostics`] of the result.
 
+mod blob;
 pub mod decode;
 mod environment;
 mod error;
@@ -96,10 +97,12 @@ pub fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportErro
 /// How large a scene file is, as far as it says before it is read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FileSize {
-    /// Bytes that [`stream`] holds at most beside images.
+    /// Bytes that [`stream`] holds at most beside images that are decoded at once.
     pub streaming_bytes: u64,
     /// About how many triangles there are at least, each mesh counted once.
     pub triangles: u64,
+    /// Bytes of all decoded images; 0 for OBJ, whose libraries nobody has read yet.
+    pub image_bytes: u64,
 }
 
 /// Looks at headers and the sizes of files.
@@ -112,9 +115,10 @@ pub fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportE
     let text = |streaming_bytes, triangle_bytes: u64| FileSize {
         streaming_bytes,
         triangles: bytes / triangle_bytes,
+        image_bytes: 0,
     };
     Ok(match format {
-        SceneFormat::Ply => FileSize { streaming_bytes: 0, triangles: ply::faces(path, options)? },
+        SceneFormat::Ply => ply::file_size(path, options)?,
         // A line of text of some 30 bytes is a vertex of 12 to 32, and tables to find it again.
         SceneFormat::Obj => text(bytes.saturating_mul(3), 100),
         // Facets of 50 bytes, or 250 of text, share vertices.

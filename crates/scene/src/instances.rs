@@ -36,6 +36,9 @@ impl Default for InstanceNames {
 }
 
 impl Instances {
+    /// In scenes with at most so many instances what is derived from their matrices is kept; in larger ones it is derived
+    /// whenever it is needed, with the same bits.
+    pub const AT_HAND: usize = 1 << 18;
     /// Most instances: they are numbered with 31 bits.
     pub const MOST: usize = (1 << 31) - 1;
 

@@ -79,14 +79,22 @@ impl MeshSink for Mesh {
     }
 
     fn vertices(&mut self, block: &Mesh) -> Result<(), SceneError> {
+        /// Adds to an attribute, with room for as many vertices as there is for positions.
+        fn add<T: Copy>(all: &mut Vec<T>, more: &[T], room: usize) {
+            if !more.is_empty() {
+                all.reserve_exact(room.saturating_sub(all.len()));
+                all.extend_from_slice(more);
+            }
+        }
         self.positions.extend(&block.positions);
-        self.normals.extend(&block.normals);
-        self.tangents.extend(&block.tangents);
-        self.colors.extend(&block.colors);
+        let room = self.positions.capacity();
+        add(&mut self.normals, &block.normals, room);
+        add(&mut self.tangents, &block.tangents, room);
+        add(&mut self.colors, &block.colors, room);
         if self.uvs.len() < block.uvs.len() {
             self.uvs.resize(block.uvs.len(), Vec::new());
         }
-        self.uvs.iter_mut().zip(&block.uvs).for_each(|(set, more)| set.extend(more));
+        self.uvs.iter_mut().zip(&block.uvs).for_each(|(set, more)| add(set, more, room));
         Ok(())
     }
 

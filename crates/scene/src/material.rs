@@ -234,30 +234,6 @@ impl Material {
         self.alpha_mode != AlphaMode::Opaque
     }
 
-    /// Adds `by` to the number of every texture that the material refers to.
-    pub fn move_textures(&mut self, by: u32) {
-        let scalars = [
-            &mut self.metallic,
-            &mut self.roughness,
-            &mut self.specular,
-            &mut self.transmission,
-            &mut self.clearcoat,
-            &mut self.clearcoat_roughness,
-            &mut self.sheen_roughness,
-            &mut self.iridescence,
-            &mut self.alpha,
-        ];
-        let colors =
-            [&mut self.base_color, &mut self.specular_color, &mut self.sheen_color, &mut self.emission];
-        let single = [&mut self.anisotropy_texture, &mut self.iridescence_thickness_texture];
-        let maps = [&mut self.normal_map, &mut self.clearcoat_normal_map];
-        let scalars = scalars.into_iter().filter_map(|s| s.texture.as_mut().map(|(texture, _)| texture));
-        let colors = colors.into_iter().filter_map(|c| c.texture.as_mut());
-        let maps = maps.into_iter().filter_map(|m| m.as_mut().map(|map| &mut map.texture));
-        let single = single.into_iter().filter_map(|texture| texture.as_mut());
-        scalars.chain(colors).chain(maps).chain(single).for_each(|texture| *texture += by);
-    }
-
     /// Whether the surface emits light at all (before textures).
     #[must_use]
     pub fn is_emissive(&self) -> bool {

@@ -130,6 +130,12 @@ impl Scene {
         &self.desc
     }
 
+    /// The description, completed, without the instances, for one who needs nothing else of the scene.
+    #[must_use]
+    pub fn into_desc(self) -> SceneDesc {
+        self.desc
+    }
+
     /// What the meshes are, in their order, be they in memory or elsewhere.
     #[must_use]
     pub fn extents(&self) -> &[MeshExtent] {

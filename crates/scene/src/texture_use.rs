@@ -16,29 +16,43 @@ pub enum TextureRole {
 }
 
 impl Material {
+    /// Calls `each` with the number of every texture that the material refers to, and what for; some come more than once.
+    fn each_texture(&mut self, mut each: impl FnMut(&mut u32, TextureRole)) {
+        let scalars = [
+            &mut self.metallic,
+            &mut self.roughness,
+            &mut self.specular,
+            &mut self.transmission,
+            &mut self.clearcoat,
+            &mut self.clearcoat_roughness,
+            &mut self.sheen_roughness,
+            &mut self.iridescence,
+        ];
+        let colors = [&mut self.base_color, &mut self.specular_color, &mut self.sheen_color];
+        let single = [&mut self.anisotropy_texture, &mut self.iridescence_thickness_texture];
+        let maps = [&mut self.normal_map, &mut self.clearcoat_normal_map];
+        let scalars = scalars.into_iter().filter_map(|s| s.texture.as_mut().map(|(texture, _)| texture));
+        let colors = colors.into_iter().filter_map(|c| c.texture.as_mut());
+        let single = single.into_iter().filter_map(Option::as_mut);
+        scalars.chain(colors).chain(single).for_each(|texture| each(texture, TextureRole::Look));
+        let alpha = self.alpha.texture.as_mut().map(|(texture, _)| texture);
+        alpha.into_iter().for_each(|texture| each(texture, TextureRole::Alpha));
+        self.emission.texture.iter_mut().for_each(|texture| each(texture, TextureRole::Emission));
+        let maps = maps.into_iter().filter_map(|map| map.as_mut().map(|map| &mut map.texture));
+        maps.for_each(|texture| each(texture, TextureRole::Normals));
+    }
+
     /// Every texture that the material refers to, and for what; some more than once.
     #[must_use]
     pub fn textures(&self) -> Vec<(u32, TextureRole)> {
-        let scalars = [
-            &self.metallic,
-            &self.roughness,
-            &self.specular,
-            &self.transmission,
-            &self.clearcoat,
-            &self.clearcoat_roughness,
-            &self.sheen_roughness,
-            &self.iridescence,
-        ];
-        let colors = [&self.base_color, &self.specular_color, &self.sheen_color];
-        let maps = [&self.normal_map, &self.clearcoat_normal_map];
-        let single = [self.anisotropy_texture, self.iridescence_thickness_texture];
-        let scalars = scalars.iter().filter_map(|s| s.texture.map(|t| t.0));
-        let colors = colors.iter().filter_map(|c| c.texture);
-        let looks = scalars.chain(colors).chain(single.into_iter().flatten());
-        let alpha = self.alpha.texture.map(|t| (t.0, TextureRole::Alpha));
-        let emission = self.emission.texture.map(|t| (t, TextureRole::Emission));
-        let maps = maps.iter().filter_map(|n| n.as_ref().map(|n| (n.texture, TextureRole::Normals)));
-        looks.map(|t| (t, TextureRole::Look)).chain(alpha).chain(emission).chain(maps).collect()
+        let mut found = Vec::new();
+        self.clone().each_texture(|texture, role| found.push((*texture, role)));
+        found
+    }
+
+    /// Adds `by` to the number of every texture that the material refers to.
+    pub fn move_textures(&mut self, by: u32) {
+        self.each_texture(|texture, _| *texture += by);
     }
 
     /// Whether the material may be a smooth thin wall somewhere, which shadow rays pass.

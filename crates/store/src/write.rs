@@ -13,10 +13,11 @@ use crate::source::SourceFile;
 use crate::tiler::Tiler;
 use crate::tiles::TileGrid;
 use bytemuck::{Pod, bytes_of, cast_slice, pod_collect_to_vec};
+use same_file::Handle;
 use serde::Serialize;
 use std::ffi::OsString;
-use std::fs::{File, OpenOptions};
-use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{BufWriter, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
@@ -50,48 +51,68 @@ const PATIENCE: u32 = 20;
 /// What is resident, as it grows; nothing that stands there changes.
 #[derive(Debug, Default)]
 struct Tables {
-    meshes: Vec<MeshRow>,
-    nodes: Vec<Node8>,
-    roots: Vec<PageRoot>,
+    meshes: Trees,
     geometry: Vec<EntryRow>,
     attributes: Vec<EntryRow>,
     attributes_of_page: Vec<u32>,
     first_triangles: Vec<u16>,
-    /// Parts of meshes, and what is above their pages.
-    parts: Vec<MeshRow>,
-    part_nodes: Vec<Node8>,
-    part_roots: Vec<PageRoot>,
+    /// Parts of meshes.
+    parts: Trees,
+}
+
+/// Meshes, and what is above their pages.
+#[derive(Debug, Default)]
+struct Trees {
+    rows: Vec<MeshRow>,
+    nodes: Vec<Node8>,
+    roots: Vec<PageRoot>,
+}
+
+impl Trees {
+    /// Adds a mesh of so many pages from `first_page` on, which `roots` name by their numbers in the store.
+    fn push(
+        &mut self,
+        above: &CompactMesh,
+        about: &About,
+        (first_page, pages): (u32, u32),
+        roots: impl Iterator<Item = PageRoot>,
+    ) {
+        let (first_node, first_root) = (self.nodes.len() as u32, self.roots.len() as u32);
+        self.rows.push(mesh_row(above, about, [first_node, first_root, first_page, pages]));
+        self.nodes.extend(&above.nodes);
+        self.roots.extend(roots);
+    }
 }
 
 impl Tables {
     fn lengths(&self) -> [usize; TABLES] {
         [
-            self.meshes.len(),
-            self.nodes.len(),
-            self.roots.len(),
+            self.meshes.rows.len(),
+            self.meshes.nodes.len(),
+            self.meshes.roots.len(),
             self.geometry.len(),
             self.attributes.len(),
             self.attributes_of_page.len(),
             self.first_triangles.len(),
-            self.parts.len(),
-            self.part_nodes.len(),
-            self.part_roots.len(),
+            self.parts.rows.len(),
+            self.parts.nodes.len(),
+            self.parts.roots.len(),
         ]
     }
 
     /// The bytes of what stands behind these lengths.
     fn behind(&self, from: &[usize; TABLES]) -> [&[u8]; TABLES] {
         [
-            cast_slice(&self.meshes[from[0]..]),
-            cast_slice(&self.nodes[from[1]..]),
-            cast_slice(&self.roots[from[2]..]),
+            cast_slice(&self.meshes.rows[from[0]..]),
+            cast_slice(&self.meshes.nodes[from[1]..]),
+            cast_slice(&self.meshes.roots[from[2]..]),
             cast_slice(&self.geometry[from[3]..]),
             cast_slice(&self.attributes[from[4]..]),
             cast_slice(&self.attributes_of_page[from[5]..]),
             cast_slice(&self.first_triangles[from[6]..]),
-            cast_slice(&self.parts[from[7]..]),
-            cast_slice(&self.part_nodes[from[8]..]),
-            cast_slice(&self.part_roots[from[9]..]),
+            cast_slice(&self.parts.rows[from[7]..]),
+            cast_slice(&self.parts.nodes[from[8]..]),
+            cast_slice(&self.parts.roots[from[9]..]),
         ]
     }
 
@@ -99,16 +120,16 @@ impl Tables {
         fn more<T: Pod>(table: &mut Vec<T>, bytes: &[u8]) {
             table.extend(pod_collect_to_vec::<u8, T>(bytes));
         }
-        more(&mut self.meshes, bytes[0]);
-        more(&mut self.nodes, bytes[1]);
-        more(&mut self.roots, bytes[2]);
+        more(&mut self.meshes.rows, bytes[0]);
+        more(&mut self.meshes.nodes, bytes[1]);
+        more(&mut self.meshes.roots, bytes[2]);
         more(&mut self.geometry, bytes[3]);
         more(&mut self.attributes, bytes[4]);
         more(&mut self.attributes_of_page, bytes[5]);
         more(&mut self.first_triangles, bytes[6]);
-        more(&mut self.parts, bytes[7]);
-        more(&mut self.part_nodes, bytes[8]);
-        more(&mut self.part_roots, bytes[9]);
+        more(&mut self.parts.rows, bytes[7]);
+        more(&mut self.parts.nodes, bytes[8]);
+        more(&mut self.parts.roots, bytes[9]);
     }
 }
 
@@ -131,15 +152,30 @@ pub struct StoreSize {
     pub triangles: u64,
 }
 
-/// Takes the file for this process; false if another keeps it. One that was killed gives it back when the system has
-/// taken down its memory, which takes a moment.
-fn lock(file: &File) -> bool {
-    (0..PATIENCE).any(|attempt| {
+/// Opens a file at `path` and takes it for this process; none if another keeps it. One that was killed gives it back when the
+/// system has taken down its memory, which takes a moment.
+fn open_locked(path: &Path) -> std::io::Result<Option<File>> {
+    for attempt in 0..PATIENCE {
         if attempt > 0 {
             std::thread::sleep(Duration::from_millis(100));
         }
-        file.try_lock().is_ok()
-    })
+        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
+        match file.try_lock() {
+            Ok(()) if is_at(&file, path)? => return Ok(Some(file)),
+            Ok(()) | Err(TryLockError::WouldBlock) => {}
+            Err(TryLockError::Error(error)) => return Err(error),
+        }
+    }
+    Ok(None)
+}
+
+/// Whether the file is still the one at `path`: who kept it before may have given it its name, or taken it away.
+fn is_at(file: &File, path: &Path) -> std::io::Result<bool> {
+    match Handle::from_path(path) {
+        Ok(there) => Ok(Handle::from_file(file.try_clone()?)? == there),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
 }
 
 /// `target` with more at its end.
@@ -157,11 +193,9 @@ impl StoreWriter {
     /// If no file can be made in the folder of `target`, or another process packs to the same target.
     pub fn create(target: &Path, fingerprint: &[u8]) -> Result<Self, StoreError> {
         let failed = |error: std::io::Error| StoreError::write(target, &error);
-        let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).clone();
-        let file = options.open(beside(target, ".part")).map_err(failed)?;
-        if !lock(&file) {
+        let Some(file) = open_locked(&beside(target, ".part")).map_err(failed)? else {
             return Err(StoreError::busy(target));
-        }
+        };
         let (journal, same) = Journal::open(&beside(target, ".journal"), fingerprint).map_err(failed)?;
         if !same {
             file.set_len(0).map_err(failed)?;
@@ -182,11 +216,11 @@ impl StoreWriter {
     }
 
     /// Goes on behind the meshes and parts that are done already: calls `each` with what [`note`](Self::note) was
-    /// given for each of them. To be called once, before the first mesh.
+    /// given for each of them, as long as that understands it. To be called once, before the first mesh.
     ///
     /// # Errors
     /// If the file cannot be read or written.
-    pub fn resume(&mut self, mut each: impl FnMut(&[u8])) -> Result<(), StoreError> {
+    pub fn resume(&mut self, mut each: impl FnMut(&[u8]) -> bool) -> Result<(), StoreError> {
         let target = self.target.clone();
         let failed = |error: std::io::Error| StoreError::write(&target, &error);
         self.file.flush().map_err(failed)?;
@@ -201,12 +235,11 @@ impl StoreWriter {
             let [start, end, joined_parts] = *pod_collect_to_vec::<u8, u64>(place).as_slice() else {
                 return false;
             };
-            if start != offset || end > there {
+            if start != offset || end > there || !each(note) {
                 return false;
             }
             tables.extend([meshes, nodes, roots, geometry, attributes, of_page, firsts, p, pn, pr]);
             (offset, joined) = (end, joined_parts as usize);
-            each(note);
             true
         });
         (self.tables, self.offset, self.joined_parts) = (tables, offset, joined);
@@ -238,16 +271,7 @@ impl StoreWriter {
     /// # Errors
     /// If the file cannot be written.
     pub fn add(&mut self, mesh: &PackedMesh) -> Result<(), StoreError> {
-        let first_page = self.tables.geometry.len() as u32;
-        self.put_pages(mesh)?;
-        let above = &mesh.above;
-        let about = About { layout: mesh.layout, strategy: mesh.strategy, extent: mesh.extent };
-        let tables = &mut self.tables;
-        let (nodes, roots) = (tables.nodes.len() as u32, tables.roots.len() as u32);
-        tables.meshes.push(mesh_row(above, &about, [nodes, roots, first_page, mesh.pages.len() as u32]));
-        tables.nodes.extend(&above.nodes);
-        tables.roots.extend(above.roots.iter().map(|root| root.moved(first_page)));
-        Ok(())
+        self.put_mesh(mesh, |tables| &mut tables.meshes)
     }
 
     /// Adds a part of the next mesh, which [`join_parts`](Self::join_parts) ends.
@@ -255,22 +279,27 @@ impl StoreWriter {
     /// # Errors
     /// If the file cannot be written.
     pub fn add_part(&mut self, part: &PackedMesh) -> Result<(), StoreError> {
+        self.put_mesh(part, |tables| &mut tables.parts)
+    }
+
+    fn put_mesh(
+        &mut self,
+        mesh: &PackedMesh,
+        trees: impl Fn(&mut Tables) -> &mut Trees,
+    ) -> Result<(), StoreError> {
         let first_page = self.tables.geometry.len() as u32;
-        self.put_pages(part)?;
-        let above = &part.above;
-        let about = About { layout: part.layout, strategy: part.strategy, extent: part.extent };
-        let tables = &mut self.tables;
-        let (nodes, roots) = (tables.part_nodes.len() as u32, tables.part_roots.len() as u32);
-        tables.parts.push(mesh_row(above, &about, [nodes, roots, first_page, part.pages.len() as u32]));
-        tables.part_nodes.extend(&above.nodes);
-        tables.part_roots.extend(above.roots.iter().map(|root| root.moved(first_page)));
+        self.put_pages(mesh)?;
+        let PackedMesh { above, layout, strategy, extent, .. } = mesh;
+        let about = About { layout: *layout, strategy: *strategy, extent: *extent };
+        let roots = above.roots.iter().map(|root| root.moved(first_page));
+        trees(&mut self.tables).push(above, &about, (first_page, mesh.pages.len() as u32), roots);
         Ok(())
     }
 
     /// Number of parts that have no tree above them yet.
     #[must_use]
     pub fn waiting_parts(&self) -> usize {
-        self.tables.parts.len() - self.joined_parts
+        self.tables.parts.rows.len() - self.joined_parts
     }
 
     /// Adds the next mesh, of the parts that came before, under a tree of the builder `accel`.
@@ -278,7 +307,7 @@ impl StoreWriter {
     /// # Errors
     /// If there are no parts, or the tree cannot be built.
     pub fn join_parts(&mut self, name: &str, accel: &str) -> Result<(), StoreError> {
-        let rows = &self.tables.parts[self.joined_parts..];
+        let rows = &self.tables.parts.rows[self.joined_parts..];
         let parts: Vec<CompactMesh> = rows.iter().map(|row| self.part(row)).collect();
         let joined = CompactMesh::join(accel, &parts, &BuildConfig::default());
         let above = joined.map_err(|error: BuildError| StoreError::pack(name, error.to_string()))?;
@@ -296,13 +325,9 @@ impl StoreWriter {
             triangles: rows.iter().map(|row| row.triangles).sum(),
         };
         let about = About { layout: AttributeLayout(first.attributes), strategy, extent };
-        let (first_page, pages) = (first.first_page, rows.iter().map(|row| row.pages).sum());
-        self.joined_parts = self.tables.parts.len();
-        let tables = &mut self.tables;
-        let (nodes, roots) = (tables.nodes.len() as u32, tables.roots.len() as u32);
-        tables.meshes.push(mesh_row(&above, &about, [nodes, roots, first_page, pages]));
-        tables.nodes.extend(above.nodes);
-        tables.roots.extend(above.roots);
+        let pages = (first.first_page, rows.iter().map(|row| row.pages).sum());
+        self.joined_parts = self.tables.parts.rows.len();
+        self.tables.meshes.push(&above, &about, pages, above.roots.iter().copied());
         Ok(())
     }
 
@@ -310,8 +335,8 @@ impl StoreWriter {
         let run = |first: u32, count: u32| first as usize..first as usize + count as usize;
         let [min, max] = row.bounds.map(Vec3::from);
         CompactMesh {
-            nodes: self.tables.part_nodes[run(row.first_node, row.nodes)].to_vec(),
-            roots: self.tables.part_roots[run(row.first_root, row.roots)].to_vec(),
+            nodes: self.tables.parts.nodes[run(row.first_node, row.nodes)].to_vec(),
+            roots: self.tables.parts.roots[run(row.first_root, row.roots)].to_vec(),
             root: Some(ChildRef(row.root)).filter(|&root| root != ChildRef::NONE),
             levels: row.levels as usize,
             bounds: Aabb { min, max },
@@ -372,7 +397,7 @@ impl StoreWriter {
     #[must_use]
     pub fn extents(&self) -> Vec<MeshExtent> {
         let extent = |row: &MeshRow| MeshExtent { bounds: object_bounds(row), triangles: row.triangles };
-        self.tables.meshes.iter().map(extent).collect()
+        self.tables.meshes.rows.iter().map(extent).collect()
     }
 
     /// Takes away all that was done.
@@ -387,24 +412,22 @@ impl StoreWriter {
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn finish(mut self, scene: &Scene, sources: &[SourceFile]) -> Result<StoreSize, StoreError> {
+    pub fn finish(mut self, scene: Scene, sources: &[SourceFile]) -> Result<StoreSize, StoreError> {
         let (textures, tiles) = (std::mem::take(&mut self.textures), std::mem::take(&mut self.tiles));
-        let triangles = self.tables.meshes.iter().map(|mesh| mesh.triangles).sum();
+        let triangles = self.tables.meshes.rows.iter().map(|mesh| mesh.triangles).sum();
         let tables = std::mem::take(&mut self.tables);
         let instances = scene.instances();
         let names = match instances.names() {
             InstanceNames::OfMesh(names) => (Section::NamesOfMeshes, cast_slice(names)),
             InstanceNames::Own(names) => (Section::NamesOfInstances, cast_slice(names)),
         };
-        let described = self.describe(scene)?;
         let of_page = [&tables.attributes_of_page[..], &[tables.attributes.len() as u32]].concat();
         let sources = postcard::to_stdvec(sources);
         let sources = sources.map_err(|error| StoreError::pack("sources", error.to_string()))?;
-        let sections: [(Section, &[u8]); 14] = [
-            (Section::Scene, &described),
-            (Section::Meshes, cast_slice(&tables.meshes)),
-            (Section::Nodes, cast_slice(&tables.nodes)),
-            (Section::Roots, cast_slice(&tables.roots)),
+        let sections: [(Section, &[u8]); 13] = [
+            (Section::Meshes, cast_slice(&tables.meshes.rows)),
+            (Section::Nodes, cast_slice(&tables.meshes.nodes)),
+            (Section::Roots, cast_slice(&tables.meshes.roots)),
             (Section::Geometry, cast_slice(&tables.geometry)),
             (Section::Attributes, cast_slice(&tables.attributes)),
             (Section::AttributesOfPage, cast_slice(&of_page)),
@@ -417,7 +440,8 @@ impl StoreWriter {
             (Section::Sources, &sources),
         ];
         let put = |(kind, bytes): (Section, &[u8])| self.put_section(kind, bytes);
-        let rows = sections.into_iter().map(put).collect::<Result<Vec<SectionRow>, StoreError>>()?;
+        let mut rows = sections.into_iter().map(put).collect::<Result<Vec<SectionRow>, StoreError>>()?;
+        rows.push(self.put_scene(scene)?);
         let in_pages = |pages: &[EntryRow]| pages.iter().map(|page| u64::from(page.bytes)).sum::<u64>();
         self.finish_file(&rows)?;
         Ok(StoreSize {
@@ -431,10 +455,19 @@ impl StoreWriter {
         })
     }
 
-    /// The scene without instances, as bytes.
-    fn describe(&self, scene: &Scene) -> Result<Vec<u8>, StoreError> {
-        let desc = SceneDesc { environment: Some(scene.environment().clone()), ..scene.desc().clone() };
-        postcard::to_stdvec(&desc).map_err(|error| StoreError::pack("scene", error.to_string()))
+    /// Writes the scene without instances.
+    fn put_scene(&mut self, scene: Scene) -> Result<SectionRow, StoreError> {
+        let environment = Some(scene.environment().clone());
+        let desc = SceneDesc { environment, ..scene.into_desc() };
+        self.align(PAGE_ALIGNMENT)?;
+        let (offset, crc32) = (self.offset, crc32fast::Hasher::new());
+        let mut summed = Summed { file: &mut self.file, crc32, bytes: 0 };
+        let written = postcard::to_io(&desc, &mut summed).map(|_| ());
+        let Summed { crc32, bytes, .. } = summed;
+        // What fails is the file; the error does not say how.
+        written.map_err(|error| StoreError::write(&self.target, &std::io::Error::other(error)))?;
+        self.offset += bytes;
+        Ok(SectionRow { kind: Section::Scene as u32, crc32: crc32.finalize(), offset, bytes })
     }
 
     fn finish_file(&mut self, rows: &[SectionRow]) -> Result<(), StoreError> {
@@ -499,6 +532,26 @@ impl StoreWriter {
         self.file.write_all(bytes).map_err(|error| StoreError::write(&self.target, &error))?;
         self.offset += bytes.len() as u64;
         Ok(())
+    }
+}
+
+/// Sums what is written.
+struct Summed<'f> {
+    file: &'f mut BufWriter<File>,
+    crc32: crc32fast::Hasher,
+    bytes: u64,
+}
+
+impl Write for Summed<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let count = self.file.write(bytes)?;
+        self.crc32.update(&bytes[..count]);
+        self.bytes += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
     }
 }
 

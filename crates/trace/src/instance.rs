@@ -133,9 +133,6 @@ fn round_down(x: f64) -> f32 {
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
-/// Instances of a scene up to this number have what rays need at hand, 56 bytes each. Those of larger scenes have not: their
-/// maps are inverted whenever a ray comes, with the same bits.
-const AT_HAND: usize = 1 << 18;
 /// Instances that one thread looks at at a time.
 const CHUNK: usize = 1 << 12;
 
@@ -145,7 +142,8 @@ pub(crate) struct Places {
     instances: Arc<Instances>,
     /// By mesh.
     spaces: Vec<MeshSpace>,
-    /// All of them where they are few, or nothing.
+    /// All of them where there are at most [`Instances::AT_HAND`], 56 bytes each, or nothing: then maps are inverted whenever a ray
+    /// comes.
     at_hand: Vec<Placed>,
     /// Around all instances.
     pub(crate) world: Aabb,
@@ -162,7 +160,7 @@ impl Places {
         let (at_hand, world, extent) = (Vec::new(), Aabb::EMPTY, 0.0);
         let mut places = Self { instances, spaces, at_hand, world, extent, margin_factor: 2.0 };
         let count = places.instances.len();
-        if count <= AT_HAND {
+        if count <= Instances::AT_HAND {
             places.at_hand = (0..count).into_par_iter().map(|i| places.find(i)).collect();
         }
         let around = |chunk: usize| {

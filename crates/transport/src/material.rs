@@ -2,6 +2,7 @@
 
 use crate::bsdf::{Bsdf, BsdfParams, Metal};
 use crate::texture::{PreparedTexture, TileAccess};
+use std::collections::BTreeSet;
 use vastlight_math::{Frame, Vec2, Vec3, Vec4, real};
 use vastlight_scene::{AlphaMode, Channel, ColorInput, Material, NormalMap, ScalarInput, Scene};
 use vastlight_store::StoredTexture;
@@ -333,7 +334,9 @@ impl<'s> Row<'s> {
         let used = m.textures();
         let uv_sets =
             used.iter().filter_map(|&(i, _)| textures.get(i as usize)).map(|t| t.uv_set() as usize + 1).max();
-        let in_tiles = |i: u32| textures.get(i as usize).is_some_and(PreparedTexture::is_in_tiles);
+        let in_tiles = |i: &u32| textures.get(*i as usize).is_some_and(PreparedTexture::is_in_tiles);
+        // A texture with several roles is looked up in the same tiles.
+        let tiled: BTreeSet<u32> = used.iter().map(|&(i, _)| i).filter(in_tiles).collect();
         let mut plain = plain(m);
         plain.alpha =
             Lookups { textures: &[], point: &ShadingPoint::default(), last: None, exact: true, tiles: None }
@@ -345,7 +348,7 @@ impl<'s> Row<'s> {
             textured: !used.is_empty(),
             exact: m.may_be_pane(),
             uv_sets: uv_sets.unwrap_or(0).min(UV_SETS),
-            most_tiles: TILES_OF_LOOKUP * used.iter().filter(|&&(i, _)| in_tiles(i)).count(),
+            most_tiles: TILES_OF_LOOKUP * tiled.len(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use vastlight_math::{Affine3, Mat3, Vec3};
-use vastlight_scene::Scene;
+use vastlight_scene::{Instances, Scene};
 
 /// Roundings between a hit and the next ray's intersection, in units of f32's epsilon times the largest coordinate on
 /// the way. Found by search (`rays_leave_their_own_triangle`) and doubled.
@@ -23,17 +23,14 @@ pub(crate) struct Placement {
     translation: f32,
 }
 
-/// Instances of a scene up to this number have their placements at hand; those of larger scenes are found at each hit.
-const AT_HAND: usize = 1 << 18;
-
-/// The placements of a scene's instances.
+/// The placements of a scene's instances: of at most [`Instances::AT_HAND`]; those of larger scenes are found at each hit.
 #[derive(Clone, Debug)]
 pub(crate) struct Placements(Vec<Placement>);
 
 impl Placements {
     pub(crate) fn new(scene: &Scene) -> Self {
         let maps = scene.instances().maps();
-        let at_hand = if maps.len() <= AT_HAND { maps } else { &[] };
+        let at_hand = if maps.len() <= Instances::AT_HAND { maps } else { &[] };
         Self(at_hand.par_iter().map(Placement::new).collect())
     }
 

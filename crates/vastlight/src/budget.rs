@@ -1,8 +1,10 @@
 //! What a pack may hold in memory at a time, so that the whole process stays within its budget.
 
 use crate::load::file_size;
-use crate::{Error, ErrorClass, LoadOptions, PackInput, default_budget_bytes, human_bytes, textures};
-use vastlight_scene::{Image, Texels};
+use crate::memory::{budget_bytes, refuse_beyond};
+use crate::{Error, ErrorClass, LoadOptions, PackInput, human_bytes, textures};
+use vastlight_import::FileSize;
+use vastlight_scene::Image;
 
 /// The process itself, and what allocators keep.
 const BASE_BYTES: u64 = 72 << 20;
@@ -21,8 +23,6 @@ const MOST_TRIANGLES: u64 = 1 << 28;
 const TOGETHER: usize = 1 << 19;
 /// Part of the budget for looking up vertices on disk, when nothing else is in memory.
 const CACHE_PART: u64 = 3;
-/// The budget where neither the user nor the system says one.
-const UNKNOWN_MACHINE: u64 = 4 << 30;
 
 /// The parts of a budget.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ impl PackBudget {
     /// # Errors
     /// If that is too little for this input.
     pub(crate) fn new(memory: Option<u64>, input: &PackInput, tile_bytes: usize) -> Result<Self, Error> {
-        let budget = budget_or_default(memory);
+        let budget = budget_bytes(memory);
         let images = textures::resident_bytes(&input.stream, tile_bytes);
         let fixed = fixed_bytes(images + input.held_bytes, input.triangles());
         // Textures come before meshes.
@@ -53,6 +53,11 @@ impl PackBudget {
             (room / TRIANGLE_BYTES / STEP_TRIANGLES * STEP_TRIANGLES).clamp(LEAST_TRIANGLES, MOST_TRIANGLES);
         let most = most as usize;
         Ok(Self { most, together: most.min(TOGETHER), cache: (room / CACHE_PART) as usize, room })
+    }
+
+    /// Takes bytes that stay in memory to the end.
+    pub(crate) fn hold(&mut self, bytes: u64) {
+        self.room = self.room.saturating_sub(bytes);
     }
 
     /// Whether a mesh of so many triangles fits that cannot go through the disk.
@@ -78,7 +83,7 @@ impl PackBudget {
 /// # Errors
 /// If they do not fit.
 pub(crate) fn check_import(memory: Option<u64>, bytes: u64) -> Result<(), Error> {
-    check(BASE_BYTES + bytes + LEAST_TRIANGLES * TRIANGLE_BYTES, budget_or_default(memory))
+    check(bytes.saturating_add(BASE_BYTES + LEAST_TRIANGLES * TRIANGLE_BYTES), budget_bytes(memory))
 }
 
 /// Bytes of a triangle in memory, ready for rays, with what it takes to build that.
@@ -89,27 +94,15 @@ const RENDERED_BYTES: u64 = 210;
 /// # Errors
 /// If it does not fit into `memory` bytes (none for the default budget), or cannot be read.
 pub fn check_fits(source: &str, options: &LoadOptions, memory: Option<u64>) -> Result<(), Error> {
-    let triangles = file_size(source, options)?.triangles;
-    let needed = BASE_BYTES.saturating_add(triangles.saturating_mul(RENDERED_BYTES));
-    let budget = budget_or_default(memory);
-    if needed <= budget {
-        return Ok(());
-    }
-    let what = format!("about {} are needed, the budget is {}", human_bytes(needed), human_bytes(budget));
+    let FileSize { triangles, image_bytes, .. } = file_size(source, options)?;
+    let needed =
+        BASE_BYTES.saturating_add(image_bytes).saturating_add(triangles.saturating_mul(RENDERED_BYTES));
     let hint = "a larger --memory, --cache-dir DIR, or `vastlight pack` first";
-    Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
-}
-
-fn budget_or_default(memory: Option<u64>) -> u64 {
-    memory.or_else(default_budget_bytes).unwrap_or(UNKNOWN_MACHINE)
+    refuse_beyond(budget_bytes(memory), needed, "about", hint)
 }
 
 fn check(needed: u64, budget: u64) -> Result<(), Error> {
-    if needed <= budget {
-        return Ok(());
-    }
-    let what = format!("at least {} are needed, the budget is {}", human_bytes(needed), human_bytes(budget));
-    Err(Error::new(ErrorClass::Memory, what, "--memory", "a larger --memory, or smaller files"))
+    refuse_beyond(budget, needed, "at least", "a larger --memory, or smaller files")
 }
 
 /// What is in memory all the time.
@@ -119,12 +112,7 @@ fn fixed_bytes(held: u64, triangles: Option<u64>) -> u64 {
 
 /// Bytes of an image's texels.
 pub(crate) fn image_bytes(image: &Image) -> u64 {
-    let bytes = match &image.texels {
-        Texels::U8(v) => size_of_val(&v[..]),
-        Texels::U16(v) => size_of_val(&v[..]),
-        Texels::F32(v) => size_of_val(&v[..]),
-    };
-    bytes as u64
+    (image.texels.len() * image.texels.number_bytes()) as u64
 }
 
 #[cfg(test)]

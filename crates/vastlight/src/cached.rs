@@ -1,12 +1,15 @@
 //! Scenes that do not fit into memory, packed once to a folder.
 
+use crate::load::request_of;
 use crate::pack::identity;
 use crate::{Error, ErrorClass, LoadOptions, PackControl, check_fits, pack_input, pack_within};
 use std::path::{Path, PathBuf};
-use vastlight_store::PackConfig;
+use std::sync::Arc;
+use vastlight_paging::{FileSource, KernelCache};
+use vastlight_store::{PackConfig, SourceFile, Store};
 
-/// The store of a scene that will not fit into `control.memory` bytes, in the folder `cache`: packed there, if it is not yet. None
-/// for a scene that fits.
+/// The store of a scene that will not fit into `control.memory` bytes, in the folder `cache`: packed there, if it is not yet, or
+/// if a file of the scene is another one by now. None for a scene that fits. A store that is there is found without reading the scene.
 ///
 /// # Errors
 /// Those of [`pack_input`] and [`pack_within`], and if the folder cannot be made.
@@ -21,18 +24,30 @@ pub fn cached_store(
         Err(error) if error.class == ErrorClass::Memory => {}
         Err(error) => return Err(error),
     }
-    let input = pack_input(&[source.to_owned()], options, control.memory)?;
-    let made = std::fs::create_dir_all(cache);
-    made.map_err(|e| Error::new(ErrorClass::Output, e.to_string(), cache.display().to_string(), ""))?;
     let config = PackConfig::default();
     // The same store whatever the budget is: where buckets end does not matter to a picture.
-    let identity = identity(&input, &config, None)?;
+    let (given, settings) = request_of(source, options)?;
+    let identity = identity(&given, &settings, &config, None)?;
     let stem = source.rsplit(['/', '\\', ':']).next().unwrap_or(source);
     let other = identity.iter().rev().copied().collect::<Vec<u8>>();
     let [a, b] = [&identity, &other].map(|bytes| crc32fast::hash(bytes));
     let path = cache.join(format!("{stem}-{a:08x}{b:08x}.vls"));
-    if !path.exists() {
-        pack_within(input, &path, &config, control)?;
+    if is_current(&path) {
+        return Ok(Some(path));
     }
-    Ok(Some(path))
+    let made = std::fs::create_dir_all(cache);
+    made.map_err(|e| Error::new(ErrorClass::Output, e.to_string(), cache.display().to_string(), ""))?;
+    let input = pack_input(&[source.to_owned()], options, control.memory)?;
+    match pack_within(input, &path, &config, control) {
+        // Another process may have packed it meanwhile.
+        Err(_) if is_current(&path) => Ok(Some(path)),
+        packed => packed.map(|_| Some(path)),
+    }
+}
+
+/// Whether a store is there that can be read, and all that it was made of is as it was.
+fn is_current(path: &Path) -> bool {
+    let Ok(file) = FileSource::open(path, KernelCache::Keep) else { return false };
+    let store = Store::open(Arc::new(file));
+    store.is_ok_and(|store| !store.pages.sources.iter().any(SourceFile::has_changed))
 }

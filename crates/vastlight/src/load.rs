@@ -82,7 +82,7 @@ pub fn pack_input(
     let streamed = streamed(&placed, options)?;
     let mut input = PackInput {
         large: streamed.large,
-        sources: source_files(sources, &placed, &streamed.files, options)?,
+        sources: [given_files(sources, &placed, options)?, existing(&streamed.files)].concat(),
         settings: settings(options),
         held_bytes,
         ..streamed.stream.into()
@@ -100,12 +100,15 @@ fn size_of(placed: &[Placed], options: &LoadOptions) -> Result<FileSize, Error> 
     let mut sum = FileSize::default();
     for file in placed {
         let size = if file.source.starts_with("demo:") {
-            FileSize { streaming_bytes: DEMO_BYTES, triangles: options.generate.triangles.unwrap_or(0) }
+            let GenerateOptions { triangles, texture_bytes, .. } = options.generate;
+            let (triangles, image_bytes) = (triangles.unwrap_or(0), texture_bytes.unwrap_or(0));
+            FileSize { streaming_bytes: DEMO_BYTES, triangles, image_bytes }
         } else {
             vastlight_import::file_size(Path::new(&file.source), &options.import)?
         };
         sum.streaming_bytes = sum.streaming_bytes.saturating_add(size.streaming_bytes);
         sum.triangles = sum.triangles.saturating_add(size.triangles);
+        sum.image_bytes = sum.image_bytes.saturating_add(size.image_bytes);
     }
     Ok(sum)
 }
@@ -145,28 +148,33 @@ fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error>
     Ok(merged.finish())
 }
 
-/// What a store says that it was made of.
-fn source_files(
-    given: &[String],
-    placed: &[Placed],
-    named: &[PathBuf],
-    options: &LoadOptions,
-) -> Result<Vec<SourceFile>, Error> {
+/// What says which scene the options make of a source, known without reading it: version, files as they are, settings.
+pub(crate) fn request_of(source: &str, options: &LoadOptions) -> Result<(Vec<SourceFile>, String), Error> {
+    let given = [source.to_owned()];
+    Ok((given_files(&given, &placed(&given)?, options)?, settings(options)))
+}
+
+/// The files that the user names, as they are now.
+fn given_files(given: &[String], placed: &[Placed], options: &LoadOptions) -> Result<Vec<SourceFile>, Error> {
     let manifests = given.iter().filter(|source| is_manifest(source));
-    let names: Vec<&String> = manifests.chain(placed.iter().map(|file| &file.source)).collect();
+    let names = manifests.chain(placed.iter().map(|file| &file.source));
     let GenerateOptions { triangles, seed, .. } = options.generate;
-    let file = |name: &&String| {
+    let file = |name: &String| {
         if name.starts_with("demo:") {
             let size = triangles.map_or(String::new(), |n| format!(", {n} triangles"));
             return Ok(SourceFile { name: format!("{name} (seed {seed}{size})"), ..SourceFile::default() });
         }
         SourceFile::of_path(Path::new(name)).map_err(|e| Error::scene(e.to_string(), name.as_str(), ""))
     };
-    let mut files = names.iter().map(file).collect::<Result<Vec<_>, Error>>()?;
-    // What is not there was a warning.
-    let others = named.iter().chain(&options.environment);
-    files.extend(others.filter_map(|path| SourceFile::of_path(path).ok()));
-    Ok(files)
+    let files = names.map(file).collect::<Result<Vec<_>, Error>>()?;
+    let changes = options.overrides.iter().flat_map(Overrides::files);
+    let others: Vec<PathBuf> = options.environment.iter().cloned().chain(changes).collect();
+    Ok([files, existing(&others)].concat())
+}
+
+/// Files as they are now, but for those that are not there, which was a warning or will be an error.
+fn existing(paths: &[PathBuf]) -> Vec<SourceFile> {
+    paths.iter().filter_map(|path| SourceFile::of_path(path).ok()).collect()
 }
 
 /// What of the options changes a store; files among them are sources.

@@ -4,7 +4,7 @@ use crate::budget::image_bytes;
 use crate::{Error, ErrorClass};
 use std::fs;
 use vastlight_film::{Aov, FilmTile};
-use vastlight_scene::{Mesh, Scene};
+use vastlight_scene::{Instances, Mesh, Scene};
 
 /// What a picture of a scene needs, in bytes. An estimate, made before the work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,8 +25,6 @@ const STRUCTURE_BYTES_PER_TRIANGLE: u64 = 150;
 const STRUCTURE_BYTES_PER_INSTANCE: u64 = 32;
 /// Bytes of what is at hand of an instance, of scenes with few.
 const BYTES_AT_HAND: u64 = 110;
-/// Most instances of which anything is at hand.
-const MOST_AT_HAND: u64 = 1 << 18;
 /// Bytes of the wavefront of one thread.
 const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
 /// The process itself.
@@ -36,14 +34,14 @@ impl MemoryEstimate {
     /// The estimate for `pixels` pixels with `aovs` on `threads` threads.
     #[must_use]
     pub fn new(scene: &Scene, pixels: u64, aovs: &[Aov], threads: usize) -> Self {
-        let instances = scene.instances().len() as u64;
+        let instances = scene.instances().len();
+        let at_hand = if instances <= Instances::AT_HAND { BYTES_AT_HAND } else { 0 };
         let mesh_bytes: u64 = scene.meshes().iter().map(mesh_bytes).sum();
         let image_bytes: u64 = scene.images().iter().map(image_bytes).sum();
         Self {
             scene: mesh_bytes + image_bytes + scene.instances().bytes() as u64,
             structure: scene.unique_triangles() * STRUCTURE_BYTES_PER_TRIANGLE
-                + instances * STRUCTURE_BYTES_PER_INSTANCE
-                + instances.min(MOST_AT_HAND) * BYTES_AT_HAND,
+                + instances as u64 * (STRUCTURE_BYTES_PER_INSTANCE + at_hand),
             film: film_bytes(pixels, aovs),
             paths: threads as u64 * WAVE_BYTES_PER_THREAD + BASE_BYTES,
         }
@@ -62,13 +60,26 @@ impl MemoryEstimate {
     pub fn check(&self, budget: u64) -> Result<(), Error> {
         let still_to_come = self.structure + self.film + self.paths - BASE_BYTES;
         let needed = self.total().max(peak_rss_bytes().unwrap_or(0) + still_to_come);
-        if needed <= budget {
-            return Ok(());
-        }
-        let what = format!("about {} are needed, the budget is {}", human_bytes(needed), human_bytes(budget));
         let hint = "a larger --memory, a smaller picture or fewer AOVs, or --cache-dir DIR";
-        Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
+        refuse_beyond(budget, needed, "about", hint)
     }
+}
+
+/// Refuses work that needs more than `budget` bytes: `how` says how well that is known.
+pub(crate) fn refuse_beyond(budget: u64, needed: u64, how: &str, hint: &str) -> Result<(), Error> {
+    if needed <= budget {
+        return Ok(());
+    }
+    let what = format!("{how} {} are needed, the budget is {}", human_bytes(needed), human_bytes(budget));
+    Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
+}
+
+/// The budget where neither the user nor the system says one.
+const UNKNOWN_MACHINE: u64 = 4 << 30;
+
+/// What the user says, else the default.
+pub(crate) fn budget_bytes(memory: Option<u64>) -> u64 {
+    memory.or_else(default_budget_bytes).unwrap_or(UNKNOWN_MACHINE)
 }
 
 /// Bytes of a film, its picture, and the file in memory.
@@ -77,7 +88,8 @@ pub(crate) fn film_bytes(pixels: u64, aovs: &[Aov]) -> u64 {
     pixels * (FilmTile::bytes_per_pixel(aovs) as u64 + 2 * 4 * (3 + 3 * aovs.len() as u64))
 }
 
-fn mesh_bytes(mesh: &Mesh) -> u64 {
+/// Bytes of a mesh.
+pub(crate) fn mesh_bytes(mesh: &Mesh) -> u64 {
     let uvs: usize = mesh.uvs.iter().map(|uv| size_of_val(&uv[..])).sum();
     let bytes = size_of_val(&mesh.positions[..])
         + size_of_val(&mesh.triangles[..])

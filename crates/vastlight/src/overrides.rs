@@ -142,6 +142,13 @@ impl Overrides {
         Ok(Self { place: place.to_owned(), ..parsed })
     }
 
+    /// Files that the changes name.
+    pub(crate) fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let profiles = self.lights.values().filter_map(|light| light.ies.as_ref());
+        let map = self.environment.as_ref().and_then(|environment| environment.map.as_ref());
+        profiles.chain(map).map(|path| self.folder.join(path))
+    }
+
     /// Changes the scene.
     pub(crate) fn apply(&self, desc: &mut SceneDesc, limits: &Limits) -> Result<(), Error> {
         for (name, change) in all_first(&self.materials) {

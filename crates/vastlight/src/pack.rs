@@ -4,6 +4,7 @@
 //! bucket by bucket. What is done is noted beside the store, so that a pack that was stopped goes on from there.
 
 use crate::budget::PackBudget;
+use crate::memory::mesh_bytes;
 use crate::{Error, ErrorClass, PackInput, textures};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -13,9 +14,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use vastlight_accel::Scratch;
 use vastlight_scene::{
     Diagnostic, Instances, LargeMesh, Material, Mesh, MeshPreparation, Piece, PieceInstance, Scene,
-    SceneDesc, SceneError,
+    SceneDesc, SceneError, SceneStream,
 };
-use vastlight_store::{PackConfig, PackedMesh, Spool, SpooledMesh, StoreSize, StoreWriter};
+use vastlight_store::{
+    MOST_PAGE_BYTES, PackConfig, PackedMesh, SourceFile, Spool, SpooledMesh, StoreSize, StoreWriter,
+};
 
 /// How far a pack is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +39,17 @@ pub struct PackControl<'a> {
     pub cancel: &'a AtomicBool,
     /// Told after each step.
     pub progress: &'a dyn Fn(&PackProgress),
+}
+
+impl PackControl<'_> {
+    /// Stops what was cancelled.
+    fn check_cancel(&self) -> Result<(), Error> {
+        if !self.cancel.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let hint = "the same command goes on where it stopped";
+        Err(Error::new(ErrorClass::Interrupted, "interrupted", "pack", hint))
+    }
 }
 
 impl std::fmt::Debug for PackControl<'_> {
@@ -72,62 +86,51 @@ pub fn pack_within(
     config: &PackConfig,
     control: PackControl<'_>,
 ) -> Result<StoreSize, Error> {
+    check_config(config)?;
     let budget = PackBudget::new(control.memory, &input, config.tile_bytes)?;
-    let mut writer = StoreWriter::create(target, &identity(&input, config, Some(budget.most))?)?;
-    let total = input.triangles();
+    let identity = identity(&input.sources, &input.settings, config, Some(budget.most))?;
+    let mut packing = Packing::new(&input, target, config, control, budget, &identity)?;
     let PackInput { stream, large, sources, .. } = input;
-    let mut desc = stream.desc;
-    if desc.materials.is_empty() {
-        desc.materials.push(Material::new("neutral"));
-    }
-    let preparation = MeshPreparation::new(&desc);
-    // Tiles stand before all meshes, and are made again when a pack goes on: the same bytes at the same place.
-    textures::pack(&mut desc, stream.rows, config.tile_bytes, &mut writer)?;
-    let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let done = PackProgress { triangles: 0, total, resumed: 0 };
-    let mut packing = Packing {
-        desc,
-        instances: Instances::default(),
-        preparation,
-        config,
-        writer,
-        budget,
-        folder,
-        found: BTreeMap::new(),
-        control,
-        done,
-        large: false,
-        meshes_done: 0,
-    };
-    let packed = packing.run(stream.pieces, large);
-    let Packing { desc, instances, writer, .. } = packing;
-    if let Err(error) = packed {
-        if !matches!(error.class, ErrorClass::Output | ErrorClass::Interrupted) {
-            writer.discard();
+    let packed = packing.all(stream, large);
+    let Packing { writer, .. } = packing;
+    match packed {
+        Ok(scene) => Ok(writer.finish(scene, &sources)?),
+        Err(error) => {
+            if !matches!(error.class, ErrorClass::Output | ErrorClass::Interrupted) {
+                writer.discard();
+            }
+            Err(error)
         }
-        return Err(error);
     }
-    let scene = Scene::with_meshes_elsewhere(desc, instances, writer.extents())?;
-    Ok(writer.finish(&scene, &sources)?)
+}
+
+/// Refuses pages that no reader would believe.
+fn check_config(config: &PackConfig) -> Result<(), Error> {
+    let PackConfig { page_bytes, tile_bytes, .. } = config;
+    for (bytes, flag) in [(page_bytes, "--page-bytes"), (tile_bytes, "--tile-bytes")] {
+        if *bytes > MOST_PAGE_BYTES as usize {
+            let what = format!("a page has at most {MOST_PAGE_BYTES} bytes, not {bytes}");
+            return Err(Error::usage(what, flag, ""));
+        }
+    }
+    Ok(())
 }
 
 /// What says which scene is packed, and how; `most` is the largest mesh that is packed at once.
 pub(crate) fn identity(
-    input: &PackInput,
+    sources: &[SourceFile],
+    settings: &str,
     config: &PackConfig,
     most: Option<usize>,
 ) -> Result<Vec<u8>, Error> {
-    if let Some(error) = input.stream.desc.diagnostics.first_error() {
-        return Err(SceneError::from(error.clone()).into());
-    }
-    if input.sources.is_empty() {
+    if sources.is_empty() {
         // Nothing says whether it is the same scene the next time.
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
         return postcard_bytes(&(std::process::id(), now.as_nanos() as u64));
     }
     let version = (vastlight_store::format::VERSION, env!("CARGO_PKG_VERSION"));
-    let settings = format!("{config:?} {}", input.settings);
-    postcard_bytes(&(version, &input.sources, settings, most.map(|most| most as u64)))
+    let settings = format!("{config:?} {settings}");
+    postcard_bytes(&(version, sources, settings, most.map(|most| most as u64)))
 }
 
 fn postcard_bytes<T: Serialize>(value: &T) -> Result<Vec<u8>, Error> {
@@ -179,7 +182,50 @@ struct Packing<'c> {
     meshes_done: usize,
 }
 
-impl Packing<'_> {
+impl<'c> Packing<'c> {
+    fn new(
+        input: &PackInput,
+        target: &'c Path,
+        config: &'c PackConfig,
+        control: PackControl<'c>,
+        budget: PackBudget,
+        identity: &[u8],
+    ) -> Result<Self, Error> {
+        if let Some(error) = input.stream.desc.diagnostics.first_error() {
+            return Err(SceneError::from(error.clone()).into());
+        }
+        let desc = SceneDesc::default();
+        Ok(Self {
+            preparation: MeshPreparation::new(&desc),
+            desc,
+            instances: Instances::default(),
+            config,
+            writer: StoreWriter::create(target, identity)?,
+            budget,
+            folder: target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new(".")),
+            found: BTreeMap::new(),
+            control,
+            done: PackProgress { triangles: 0, total: input.triangles(), resumed: 0 },
+            large: false,
+            meshes_done: 0,
+        })
+    }
+
+    /// Packs everything; gives the scene without what is in the store.
+    fn all(&mut self, stream: SceneStream, large: Vec<LargeMesh>) -> Result<Scene, Error> {
+        self.desc = stream.desc;
+        if self.desc.materials.is_empty() {
+            self.desc.materials.push(Material::new("neutral"));
+        }
+        self.preparation = MeshPreparation::new(&self.desc);
+        // Tiles stand before all meshes, and are made again when a pack goes on: the same bytes at the same place.
+        let check = || self.control.check_cancel();
+        textures::pack(&mut self.desc, stream.rows, self.config.tile_bytes, &mut self.writer, &check)?;
+        self.run(stream.pieces, large)?;
+        let (desc, instances) = (std::mem::take(&mut self.desc), std::mem::take(&mut self.instances));
+        Ok(Scene::with_meshes_elsewhere(desc, instances, self.writer.extents())?)
+    }
+
     fn run(&mut self, mut pieces: vastlight_scene::Pieces, large: Vec<LargeMesh>) -> Result<(), Error> {
         self.resume()?;
         // Large meshes stand behind all pieces.
@@ -198,7 +244,10 @@ impl Packing<'_> {
     /// Takes over what an earlier run has done.
     fn resume(&mut self) -> Result<(), Error> {
         let mut steps = Vec::new();
-        self.writer.resume(|note| steps.extend(postcard::from_bytes::<Step>(note).ok()))?;
+        self.writer.resume(|note| {
+            let step = postcard::from_bytes::<Step>(note);
+            step.map(|step| steps.push(step)).is_ok()
+        })?;
         for step in steps {
             match step {
                 Step::Meshes(kept) => kept.into_iter().for_each(|kept| self.keep(kept)),
@@ -279,7 +328,7 @@ impl Packing<'_> {
 
     /// Adds a mesh that comes block by block: through memory if it fits, else through the disk.
     fn add_large(&mut self, large: LargeMesh) -> Result<(), Error> {
-        self.check_cancel()?;
+        self.control.check_cancel()?;
         let mesh = Mesh { name: large.name.clone(), parts: large.parts.clone(), ..Mesh::default() };
         let needs_all = self.shines(&mesh) || materials_of(&mesh).any(|m| self.preparation.needs_tangents(m));
         let fits = large.triangles.is_some_and(|n| n <= self.budget.most as u64);
@@ -316,7 +365,7 @@ impl Packing<'_> {
         let mut number = self.writer.waiting_parts();
         let mut bucket = (number < buckets.len()).then(|| buckets.load(number)).transpose()?;
         while let Some(current) = bucket.take() {
-            self.check_cancel()?;
+            self.control.check_cancel()?;
             let more = number + 1 < buckets.len();
             let config = self.config;
             let (packed, next) = rayon::join(
@@ -340,11 +389,12 @@ impl Packing<'_> {
             Step::Part(triangles) => self.done.triangles += triangles,
         }
         (self.control.progress)(&self.done);
-        self.check_cancel()
+        self.control.check_cancel()
     }
 
     fn keep(&mut self, kept: Kept) {
         self.done.triangles += kept.triangles;
+        self.budget.hold(mesh_bytes(&kept.mesh));
         self.meshes_done = if kept.large == self.large { self.meshes_done + 1 } else { 1 };
         self.large = kept.large;
         for diagnostic in kept.found {
@@ -356,14 +406,6 @@ impl Packing<'_> {
         }
         self.desc.meshes.push(kept.mesh);
         self.instances.add_mesh(&kept.instances);
-    }
-
-    fn check_cancel(&self) -> Result<(), Error> {
-        if !self.control.cancel.load(Ordering::Relaxed) {
-            return Ok(());
-        }
-        let hint = "the same command goes on where it stopped";
-        Err(Error::new(ErrorClass::Interrupted, "interrupted", "pack", hint))
     }
 }
 

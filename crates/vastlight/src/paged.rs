@@ -1,7 +1,7 @@
 //! Memory and threads for a scene in a store.
 
-use crate::memory::{film_bytes, human_bytes, rss_bytes};
-use crate::{Error, ErrorClass, OpenScene, RenderRequest, default_budget_bytes, peak_rss_bytes};
+use crate::memory::{budget_bytes, film_bytes, refuse_beyond, rss_bytes};
+use crate::{Error, ErrorClass, OpenScene, RenderRequest, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
 use vastlight_paging::{CacheConfig, Directory, PageCache, PolicyKind};
@@ -83,7 +83,7 @@ fn path_bytes(stored: &StoredPages) -> u64 {
 /// Paths of a batch.
 fn paths_per_batch(stored: &StoredPages, paging: &PagingRequest) -> u64 {
     let fitting = || {
-        let budget = paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
+        let budget = budget_bytes(paging.memory);
         let each = rayon::current_num_threads() as u64 * path_bytes(stored);
         (budget.saturating_sub(NEEDED) / PATHS_SHARE / each).clamp(*PATHS.start(), *PATHS.end())
     };
@@ -183,8 +183,10 @@ impl<'s> Kinds<'s> {
         let (least_of_tiles, most_of_tiles) = tiles.as_ref().map_or((0, 0), |t| (t.least(), t.most()));
         let least_of_others = geometry.least() + attributes.least();
         let most_of_others = geometry.most() + attributes.most();
-        let budget = request.paging.memory.or_else(default_budget_bytes).unwrap_or(u64::MAX);
-        check_budget(fixed + least_of_others + least_of_tiles, budget)?;
+        let budget = budget_bytes(request.paging.memory);
+        let needed = (fixed + least_of_others + least_of_tiles).max(peak_rss_bytes().unwrap_or(0));
+        let hint = "a larger --memory, fewer --threads or a smaller picture";
+        refuse_beyond(budget, needed, "at least", hint)?;
         let room = (budget - fixed).min(most_of_others + most_of_tiles);
         // What one kind does not need the others get.
         let for_tiles = (room / TILE_SHARE).max(room.saturating_sub(most_of_others));
@@ -211,18 +213,6 @@ impl<'s> Kinds<'s> {
             tiles: self.tiles.as_ref().map(|pages| pages.cache(self.stored, tiles)).transpose()?,
         })
     }
-}
-
-/// Refuses what does not fit.
-fn check_budget(needed: u64, budget: u64) -> Result<(), Error> {
-    let needed = needed.max(peak_rss_bytes().unwrap_or(0));
-    if needed <= budget {
-        return Ok(());
-    }
-    let (needed, budget) = (human_bytes(needed), human_bytes(budget));
-    let what = format!("at least {needed} are needed, the budget is {budget}");
-    let hint = "a larger --memory, fewer --threads or a smaller picture";
-    Err(Error::new(ErrorClass::Memory, what, "--memory", hint))
 }
 
 /// Pages of a kind.

@@ -9,6 +9,8 @@ use vastlight_store::{StoreWriter, TileGrid, is_worth_tiles};
 /// Puts the images that may leave memory into tiles, and takes their texels out of `desc`. Rows of images without texels come from
 /// `rows`; those that must stay in memory get their texels.
 ///
+/// `check` is asked before each row whether to go on.
+///
 /// What hits and light depend on stays: images of environments, of emission, of the alpha of surfaces with holes, of window panes;
 /// and small images.
 pub(crate) fn pack(
@@ -16,10 +18,11 @@ pub(crate) fn pack(
     mut rows: Vec<ImageRows>,
     tile_bytes: usize,
     writer: &mut StoreWriter,
+    check: &dyn Fn() -> Result<(), Error>,
 ) -> Result<(), Error> {
     for image in 0..desc.images.len() as u32 {
         let of_image = rows.iter().position(|rows| rows.image == image).map(|at| rows.swap_remove(at));
-        if !put_in_tiles(desc, image, of_image.as_ref(), tile_bytes, writer)?
+        if !put_in_tiles(desc, image, of_image.as_ref(), tile_bytes, writer, check)?
             && let Some(rows) = of_image
         {
             rows.fill(desc)?;
@@ -58,6 +61,7 @@ fn put_in_tiles(
     rows: Option<&ImageRows>,
     tile_bytes: usize,
     writer: &mut StoreWriter,
+    check: &dyn Fn() -> Result<(), Error>,
 ) -> Result<bool, Error> {
     let contents = contents_in_tiles(desc, number);
     let image = &desc.images[number as usize];
@@ -69,13 +73,14 @@ fn put_in_tiles(
     for content in contents {
         let mut made = rows.map(|rows| (rows.open)()).transpose()?;
         let mut y = 0;
-        let added = writer.add_texture((number, image), content, tile_bytes, |out| match &mut made {
-            Some(next) => next(out).map_err(Error::from),
-            None => {
-                out.append(&image.texels, y * row..(y + 1) * row);
-                y += 1;
-                Ok(())
+        let added = writer.add_texture((number, image), content, tile_bytes, |out| {
+            check()?;
+            match &mut made {
+                Some(next) => next(out)?,
+                None => out.append(&image.texels, y * row..(y + 1) * row),
             }
+            y += 1;
+            Ok::<(), Error>(())
         })?;
         if !added {
             return Ok(false);

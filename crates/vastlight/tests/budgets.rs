@@ -5,23 +5,16 @@
 mod common;
 
 use common::random::Random;
-use common::{differing, is_soak, packed, picture, request};
+use common::{SCENES, differing, is_soak, options, packed, picture, request};
 use std::sync::Arc;
 use std::time::Duration;
 use vastlight::film::Picture;
 use vastlight::paging::{Fault, Faulty, MemorySource, PolicyKind, When};
 use vastlight::store::PackConfig;
-use vastlight::{LoadOptions, OpenScene, PagingRequest, RenderRequest, load, open_store};
+use vastlight::{OpenScene, PagingRequest, RenderRequest, load, open_store};
 
-/// Lamps, glass and normals; textures in tiles; one mesh in many pages.
-const SCENES: [&str; 3] = ["demo:still-life", "demo:textured-hall", "demo:statue"];
-
-fn options(scene: &str) -> LoadOptions {
-    let mut options = LoadOptions::default();
-    options.generate.triangles = (scene == "demo:statue").then_some(20_000);
-    options.generate.texture_bytes = (scene == "demo:textured-hall").then_some(1 << 20);
-    options
-}
+/// Bytes of texture of the scene that has any.
+const TEXTURE_BYTES: u64 = 1 << 20;
 
 /// A request for the proof's picture: larger in the long one.
 fn asked(open: &OpenScene) -> RenderRequest {
@@ -35,7 +28,7 @@ fn asked(open: &OpenScene) -> RenderRequest {
 /// A store in memory behind a disk with faults, and the number of reads that opening it takes.
 fn behind_faults(bytes: &Arc<MemorySource>, faults: Vec<(When, Fault)>, scene: &str) -> (OpenScene, u64) {
     let faulty = Arc::new(Faulty::new(bytes.clone(), faults));
-    let open = open_store(faulty.clone(), &options(scene)).expect("opens");
+    let open = open_store(faulty.clone(), &options(scene, TEXTURE_BYTES)).expect("opens");
     (open, faulty.reads())
 }
 
@@ -74,10 +67,11 @@ fn no_way_to_page_changes_a_picture() {
     let rounds = if is_soak() { 200 } else { 20 };
     for scene in SCENES {
         let start = std::time::Instant::now();
-        let in_memory: OpenScene = load(scene, &options(scene)).expect("a demo").into();
+        let in_memory: OpenScene = load(scene, &options(scene, TEXTURE_BYTES)).expect("a demo").into();
         let expected = picture(&in_memory, &asked(&in_memory)).expect("renders");
         let config = PackConfig { page_bytes: 1 << 12, tile_bytes: 256, ..PackConfig::default() };
-        let bytes = Arc::new(MemorySource::new("a store", packed(scene, &options(scene), &config).0));
+        let bytes =
+            Arc::new(MemorySource::new("a store", packed(scene, &options(scene, TEXTURE_BYTES), &config).0));
         let (resident, opening) = behind_faults(&bytes, Vec::new(), scene);
         let mut request = asked(&resident);
         request.paging.cache_fraction = Some(1.0);

@@ -1,13 +1,15 @@
 //! Packing within a budget: meshes that go through the disk, several files in one store, packs that were stopped.
 
+mod common;
+
+use common::{differing, request};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use vastlight::film::Picture;
 use vastlight::store::PackConfig;
-use vastlight::transport::RenderSettings;
 use vastlight::{
-    CameraChoice, Control, Error, ErrorClass, LoadOptions, OpenScene, PackControl, RenderRequest, describe,
-    export, load, open, pack_input, pack_within, render,
+    Error, ErrorClass, LoadOptions, OpenScene, PackControl, describe, export, load, open, pack_input,
+    pack_within,
 };
 
 /// A budget in which some 65 thousand triangles are packed at a time.
@@ -51,16 +53,9 @@ fn pack_until(sources: &[&Path], target: &Path, memory: Option<u64>, stop: u64) 
 }
 
 fn picture(open: &OpenScene) -> Picture {
-    let camera = CameraChoice::default().resolve(&open.scene).expect("a camera");
-    let mut request = RenderRequest::new(RenderSettings::new(camera, 64, 36), 2);
+    let mut request = request(&open.scene);
     request.paging.cache_fraction = Some(0.5);
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-    render(open, &request, &control).expect("renders").develop()
-}
-
-fn differing(a: &Picture, b: &Picture) -> usize {
-    let pixels = |p: &Picture| p.planes.iter().flat_map(|plane| plane.values.clone()).collect::<Vec<f32>>();
-    pixels(a).iter().zip(&pixels(b)).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+    common::picture(open, &request).expect("renders")
 }
 
 fn opened(path: &Path) -> OpenScene {

@@ -97,16 +97,6 @@ impl PackedNode {
         let child = self.children[slot % 8];
         LeafRun { first: child as u8, count: (child >> 8) as u8 % 8 + 1 }
     }
-
-    /// The same with full boxes; it stands at `place`.
-    #[must_use]
-    pub fn to_wide(&self, place: usize) -> Node8 {
-        let mut node = Node8::EMPTY;
-        for slot in (0..8).filter(|&slot| self.boxes.used() >> slot & 1 == 1) {
-            node.set(slot, self.child(place, slot), &self.bounds(slot));
-        }
-        node
-    }
 }
 
 impl WideNode for PackedNode {

@@ -1,7 +1,9 @@
 //! Whether pages hold what they should.
 
 use super::{CompactMesh, Page};
-use crate::wide::{Block8, Boxes, ChildRef, Leaf, MeshView, Node8, validate_blocks, validate_nodes};
+use crate::wide::{
+    Block8, Boxes, ChildRef, Leaf, MeshView, Node8, WideNode, validate_blocks, validate_nodes,
+};
 use crate::{Report, Violation};
 use vastlight_simd::{Kernel, Level, Simd8};
 

@@ -5,7 +5,7 @@
 //! cells can lose a hit: rays of at most [`GridBvh::margin`] may be walked cell by cell ([`CellWalk`]), others meet all cells.
 
 use super::instances::Group;
-use super::{ChildRef, SmallNode};
+use super::{ChildRef, SmallNode, WideNode};
 use crate::{BuildConfig, BuildError, Scratch};
 use rayon::prelude::*;
 use vastlight_math::glam::DVec3;
@@ -62,6 +62,10 @@ impl GridBvh {
             grid.min = around.min.as_dvec3();
             grid.size = (around.max.as_dvec3() - grid.min) / per_axis as f64;
         }
+        if !grid.is_regular() {
+            // Nothing tells cells apart.
+            grid.per_axis = 1;
+        }
         let (starts, inside) = grid.distribute(&boxes)?;
         grid.references = inside.len();
         let cells: Vec<usize> = (0..starts.len() - 1).filter(|&c| starts[c] < starts[c + 1]).collect();
@@ -116,7 +120,7 @@ impl GridBvh {
 
     fn range(&self, bounds: &Aabb) -> CellRange {
         if !self.is_regular() {
-            return [[0, self.per_axis - 1]; 3];
+            return [[0; 2]; 3];
         }
         let bounds = grown(bounds, self.reach());
         let (low, high) = (self.cell_of(bounds.min.as_dvec3()), self.cell_of(bounds.max.as_dvec3()));
@@ -187,7 +191,8 @@ impl GridBvh {
                     found[child.index()] = true;
                     continue;
                 }
-                let node = self.nodes.get(child.index()).ok_or("a node does not exist")?.to_wide();
+                let node = self.nodes.get(child.index()).ok_or("a node does not exist")?;
+                let node = node.to_wide(child.index());
                 let inside = (0..8).filter(|&slot| node.children[slot] != ChildRef::NONE);
                 waiting.extend(inside.map(|s| (node.children[s], node.bounds(s).intersection(around))));
             }
@@ -245,7 +250,8 @@ impl CellWalk {
         let mut end = f64::INFINITY;
         for axis in 0..3 {
             let [a, b] = [0.0, grid.per_axis as f64].map(|number| walk.reach(grid, axis, number));
-            // A ray along the slab, on its plane, has no number here and passes.
+            // A ray along the slab, on its plane, has no number for it and is over: no box reaches there, since each lies at a distance
+            // from the planes around all.
             (walk.entry, end) = (walk.entry.max(a.min(b)), end.min(a.max(b)));
         }
         walk.is_over = walk.entry > end;
@@ -356,7 +362,7 @@ mod tests {
         let boxes = vec![Aabb { min: Vec3::ZERO, max: Vec3::ONE }];
         for per_axis in [1, 3, 8] {
             let mut grid = build(&boxes, per_axis);
-            let (mut state, cells) = (11, per_axis.pow(3));
+            let (mut state, mut noticed, cells) = (11, 0, per_axis.pow(3));
             grid.cells = (0..cells as u32).map(ChildRef::leaf).collect();
             for i in 0..2000 {
                 let origin = point(&mut state) * 4.0 - 1.5;
@@ -368,17 +374,21 @@ mod tests {
                 let mut walk = CellWalk::new(&grid, (origin, direction), 1e-4, begin);
                 let way: Vec<usize> =
                     std::iter::from_fn(|| walk.next(&grid, 3.0)).map(ChildRef::index).collect();
-                for step in 0..200 {
+                let misses = |way: &[usize], step: usize| {
                     let t = begin + (3.0 - begin) * step as f32 / 199.0;
                     let place = origin + direction * t;
                     let inside = place.cmpge(Vec3::splat(-1e-5)).all() && place.cmple(Vec3::splat(1.0)).all();
                     let cell = grid.number(grid.cell_of(place.as_dvec3()));
                     let edge = ((place.as_dvec3() - grid.min) / grid.size).fract();
                     let clear = edge.min_element() > 1e-3 && edge.max_element() < 1.0 - 1e-3;
-                    assert!(!inside || !clear || way.contains(&cell), "{origin} {direction} {t}");
-                }
+                    inside && clear && !way.contains(&cell)
+                };
+                assert!(!(0..200).any(|step| misses(&way, step)), "{origin} {direction} {begin}");
                 assert!(way.len() <= 3 * per_axis);
+                let shorter = |cut: usize| [&way[..cut], &way[cut + 1..]].concat();
+                noticed += usize::from((0..way.len()).any(|cut| (0..200).any(|s| misses(&shorter(cut), s))));
             }
+            assert!(noticed > 200, "a cell that is left out is missed: {noticed}");
         }
     }
 

@@ -39,16 +39,6 @@ impl SmallNode {
         let used = (0..8).fold(0, |used, slot| used | u8::from(children[slot] != ChildRef::NONE) << slot);
         Self { boxes: QuantisedBoxes::new(node, used), children }
     }
-
-    /// The same with full boxes.
-    #[must_use]
-    pub fn to_wide(&self) -> Node8 {
-        let mut node = Node8::EMPTY;
-        for slot in (0..8).filter(|&slot| self.boxes.used() >> slot & 1 == 1) {
-            node.set(slot, self.children[slot], &self.boxes.bounds(slot));
-        }
-        node
-    }
 }
 
 /// A node further on; leaves stay.
@@ -412,7 +402,9 @@ mod tests {
     fn validate(bvh: &InstanceBvh, boxes: &[Aabb]) -> Result<(), Violation> {
         let nodes: Vec<Node8> = match &bvh.nodes {
             InstanceNodes::Full(nodes) => nodes.clone(),
-            InstanceNodes::Small(nodes) => nodes.iter().map(SmallNode::to_wide).collect(),
+            InstanceNodes::Small(nodes) => {
+                nodes.iter().enumerate().map(|(place, node)| node.to_wide(place)).collect()
+            }
         };
         let leaf = |i: usize| Some(vec![(i as u32, *boxes.get(i)?)]);
         validate_nodes(&nodes, bvh.root, boxes.len(), Boxes::Rounded, leaf, |_, _| false).map(drop)

@@ -13,6 +13,16 @@ pub trait WideNode {
     fn bounds(&self, slot: usize) -> Aabb;
     /// The slots that may have a child, as bits; no ray meets the box of another of these.
     fn used(&self) -> u32;
+
+    /// The same with full boxes; it stands at `place`.
+    #[must_use]
+    fn to_wide(&self, place: usize) -> Node8 {
+        let mut node = Node8::EMPTY;
+        for slot in (0..8).filter(|&slot| self.used() >> slot & 1 == 1) {
+            node.set(slot, self.child(place, slot), &self.bounds(slot));
+        }
+        node
+    }
 }
 
 impl<N: WideNode> WideNode for &N {

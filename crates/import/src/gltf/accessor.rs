@@ -1,9 +1,9 @@
 //! Accessors to arrays: every component type, normalisation, strides, sparse values.
 
-use super::blob::Blob;
 use super::buffers::{Buffers, Bytes};
 use super::json::Json;
 use super::model::{Accessor, Component, Sparse, View};
+use crate::blob::Blob;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use vastlight_scene::Severity;
@@ -87,6 +87,12 @@ impl Data {
     pub(super) fn view_bytes(&self, index: usize) -> Result<Cow<'_, [u8]>, Fault> {
         let (blob, offset, length) = self.located(index)?;
         blob.read(offset, length).map_err(|error| unreadable(&error, index))
+    }
+
+    /// The part of a buffer that a view is.
+    pub(super) fn view_part(&self, index: usize) -> Result<Blob, Fault> {
+        let (blob, offset, length) = self.located(index)?;
+        blob.part(offset, length).ok_or_else(|| unreadable(&std::io::ErrorKind::UnexpectedEof.into(), index))
     }
 
     /// Some of a view's bytes; `None` if it has not so many.

@@ -1,10 +1,10 @@
 //! The bytes behind buffers and buffer views.
 
-use super::blob::{Blob, MOST_IN_MEMORY};
 use super::findings::Findings;
 use super::json::Json;
 use super::uri::{self, Uri};
 use crate::Limits;
+use crate::blob::{Blob, MOST_IN_MEMORY};
 use std::path::Path;
 
 /// What is known of a buffer.

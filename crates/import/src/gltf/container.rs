@@ -1,7 +1,7 @@
 //! From the bytes of a file to its JSON text and, in GLB, its binary chunk.
 
-use super::blob::Blob;
 use super::findings::Findings;
+use crate::blob::Blob;
 
 /// The parts of a file.
 #[derive(Clone, Debug)]

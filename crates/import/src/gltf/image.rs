@@ -1,12 +1,12 @@
 //! Images: where their bytes stand, what format they have, and decoding them in parallel.
 
 use super::accessor::{Data, Fault};
-use super::blob::open_file;
 use super::buffers::shorten;
 use super::findings::Findings;
 use super::json::Json;
 use super::uri::{self, Uri};
-use crate::texels::{Deferral, ImageBytes, ImageFile, Loaded};
+use crate::blob::open_file;
+use crate::texels::{Deferral, ImageBytes, ImageFile, ImageSize, Loaded};
 use crate::{ErrorKind, Limits};
 use rayon::prelude::*;
 use std::path::Path;
@@ -24,15 +24,13 @@ pub(super) fn load_all(
 ) -> Vec<Loaded> {
     let source = Source { data, directory, limits };
     let list = root.list("images");
-    let sizes = list.par_iter().enumerate().map(|(i, json)| source.decoded_bytes(json, i));
-    let sizes: Vec<u64> = sizes.collect();
-    let later: Vec<bool> = sizes.iter().map(|&size| deferral.is_for(size)).collect();
-    let at_once = sizes.iter().zip(&later).filter(|(_, later)| !**later);
-    let total = at_once.fold(0, |sum: u64, (&size, _)| sum.saturating_add(size));
-    if let Err(error) = limits.check_all_images(total, "/images") {
-        findings.error("IMAGES_TOO_LARGE", error.what, &error.place, &error.hint);
-        return list.iter().enumerate().map(|(i, json)| (placeholder(json, i), None)).collect();
-    }
+    let later = match deferral.plan(&source.sizes(list), |_| false, limits, "/images") {
+        Ok(later) => later,
+        Err(error) => {
+            findings.error("IMAGES_TOO_LARGE", error.what, &error.place, &error.hint);
+            return list.iter().enumerate().map(|(i, json)| (placeholder(json, i), None)).collect();
+        }
+    };
     let decoded: Vec<(Loaded, Findings)> = list
         .par_iter()
         .zip(&later)
@@ -51,6 +49,11 @@ pub(super) fn load_all(
     images
 }
 
+/// How large the images of a document are, as far as their headers say.
+pub(super) fn sizes(root: &Json<'_>, data: &Data, directory: &Path, limits: &Limits) -> Vec<ImageSize> {
+    Source { data, directory, limits }.sizes(root.list("images"))
+}
+
 /// Where images come from.
 #[derive(Clone, Copy)]
 struct Source<'a> {
@@ -64,8 +67,8 @@ impl Source<'_> {
     fn file(&self, json: &Json<'_>, index: usize, findings: &mut Findings) -> Option<ImageFile> {
         let place = format!("/images/{index}");
         let bytes = match json.index("bufferView") {
-            Some(view) => match self.data.view_bytes(view) {
-                Ok(bytes) => ImageBytes::Held(bytes.into()),
+            Some(view) => match self.data.view_part(view) {
+                Ok(part) => ImageBytes::Part(part),
                 Err(fault) => {
                     findings.fault("IMAGE_WITHOUT_DATA", Fault { place, ..fault });
                     return None;
@@ -76,10 +79,13 @@ impl Source<'_> {
         Some(ImageFile { bytes, name: name_of(json, index), limits: *self.limits })
     }
 
-    /// Bytes of an image's texels as its header says; 0 if it says nothing, which decoding will report.
-    fn decoded_bytes(&self, json: &Json<'_>, index: usize) -> u64 {
-        let file = self.file(json, index, &mut Findings::default());
-        file.map_or(0, |file| file.decoded_bytes().unwrap_or(0))
+    /// How large images are, as their headers say.
+    fn sizes(&self, list: &[Json<'_>]) -> Vec<ImageSize> {
+        let size = |(i, json)| {
+            let file = self.file(json, i, &mut Findings::default());
+            file.map_or(ImageSize::default(), |file| file.size())
+        };
+        list.par_iter().enumerate().map(size).collect()
     }
 
     fn decode(
@@ -134,7 +140,7 @@ fn load_uri(
                     format!("the data URI of an image says \"{}\", which it is not", shorten(media_type));
                 findings.error("INVALID_URI", what, &place, "");
             }
-            Some(ImageBytes::Held(bytes.into()))
+            Some(ImageBytes::Part(bytes.into()))
         }
         Uri::File(path) => match open_file(&path, limits.file_bytes) {
             Ok(_) => Some(ImageBytes::File(path)),

@@ -1,11 +1,11 @@
 //! Compressed buffer views: EXT_meshopt_compression and its successor KHR_meshopt_compression.
 
 use super::accessor::{Data, Fault};
-use super::blob::Blob;
 use super::buffers::Bytes;
 use super::findings::Findings;
 use super::json::Json;
 use crate::Limits;
+use crate::blob::Blob;
 use crate::decode::{self, MeshoptFilter, MeshoptMode};
 use rayon::prelude::*;
 

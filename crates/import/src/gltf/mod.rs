@@ -7,7 +7,6 @@
 
 mod accessor;
 mod assemble;
-mod blob;
 mod buffers;
 mod camera;
 mod container;
@@ -34,10 +33,10 @@ mod topology;
 mod uri;
 mod validate;
 
+use crate::blob::{self, Blob};
 use crate::texels::Deferral;
 use crate::{ImportError, LoadOptions};
 use assemble::Parsed;
-use blob::Blob;
 use container::Container;
 use findings::Findings;
 use rayon::prelude::*;

@@ -1,12 +1,15 @@
 //! A scene mesh by mesh: tables and images first, and each mesh when it is asked for.
 
+use super::accessor::Data;
+use super::buffers::{self, Sources};
+use super::container::{self, Container};
 use super::findings::Findings;
 use super::json::{self, Json};
 use super::mesh::{self, Shape};
 use super::model::Accessor;
 use super::topology::Mode;
-use super::{Parsed, container, meshopt, open, parse};
-use crate::texels::Deferral;
+use super::{Parsed, image, meshopt, open, parse};
+use crate::texels::{Deferral, ImageSize};
 use crate::{FileSize, ImportError, LoadOptions, Streamed};
 use std::path::Path;
 use vastlight_scene::{Diagnostics, Mesh, Piece, SceneError, SceneStream, read_ahead};
@@ -83,9 +86,24 @@ pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, 
         .fold((0, 0), |(largest, all): (u64, u64), bytes| (largest.max(bytes), all.saturating_add(bytes)));
     let under_way = largest.saturating_mul(AHEAD as u64 + 1).min(all);
     let document = (text.len() as u64).saturating_mul(TREE);
-    let streaming_bytes = document.saturating_add(under_way).saturating_add(meshopt::decoded_bytes(&root));
     let count = |mesh| triangles(mesh, |index| accessors.get(index)?.as_ref());
-    Ok(FileSize { streaming_bytes, triangles: root.list("meshes").iter().map(count).sum() })
+    let images = image_sizes(&root, &container, path, options);
+    let parts =
+        [document, under_way, meshopt::decoded_bytes(&root), Deferral::of_large().working_bytes(&images)];
+    Ok(FileSize {
+        streaming_bytes: parts.into_iter().fold(0, u64::saturating_add),
+        triangles: root.list("meshes").iter().map(count).sum(),
+        image_bytes: images.iter().fold(0, |sum, image| sum.saturating_add(image.decoded_bytes)),
+    })
+}
+
+/// What the headers of a document's images say.
+fn image_sizes(root: &Json<'_>, container: &Container, path: &Path, options: &LoadOptions) -> Vec<ImageSize> {
+    let (directory, limits) = (path.parent().unwrap_or(Path::new("")), &options.limits);
+    let Container { bin, is_glb, .. } = container;
+    let sources = Sources { bin: bin.as_ref(), is_glb: *is_glb, directory, limits };
+    let data = Data::new(root, buffers::load(root, &sources, &mut Findings::default()));
+    image::sizes(root, &data, directory, limits)
 }
 
 /// Bytes of a mesh while it is made: its data as it stands in the file, and as it is used.

@@ -2,7 +2,7 @@
 
 use super::mtl::Map;
 use crate::Limits;
-use crate::texels::{Deferral, ImageBytes, ImageFile};
+use crate::texels::{Deferral, ImageBytes, ImageFile, ImageSize};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -40,16 +40,15 @@ impl Images {
         let mut paths: Vec<PathBuf> = files.collect();
         paths.sort();
         paths.dedup();
-        let sizes: Vec<u64> =
-            paths.par_iter().map(|p| image_file(p, limits).decoded_bytes().unwrap_or(0)).collect();
-        let by_rows = |path: &PathBuf, size: u64| deferral.is_for(size) && !whole.contains(path);
-        let later: Vec<bool> = paths.iter().zip(&sizes).map(|(path, &size)| by_rows(path, size)).collect();
-        let at_once = sizes.iter().zip(&later).filter(|(_, later)| !**later);
-        let total = at_once.fold(0, |sum: u64, (&size, _)| sum.saturating_add(size));
-        if let Err(e) = limits.check_all_images(total, place) {
+        let sizes: Vec<ImageSize> = paths.par_iter().map(|path| image_file(path, limits).size()).collect();
+        let later = deferral.plan(&sizes, |i| whole.contains(&paths[i]), limits, place);
+        let later = later.unwrap_or_else(|e| {
             desc.diagnostics.error(e.what, e.place, e.hint);
             paths.clear();
-        }
+            Vec::new()
+        });
+        let at_once = sizes.iter().zip(&later).filter(|(_, later)| !**later);
+        let total = at_once.fold(0, |sum: u64, (size, _)| sum.saturating_add(size.decoded_bytes));
         let decode = |(path, &later): (&PathBuf, &bool)| image_file(path, limits).load(later);
         let decoded: Vec<_> = paths.par_iter().zip(&later).map(decode).collect();
         let mut numbers = HashMap::new();

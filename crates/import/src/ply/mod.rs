@@ -11,7 +11,7 @@ mod vertices;
 use crate::polygon::Triangulator;
 use crate::scan::Source;
 use crate::single::streamed_mesh;
-use crate::{ErrorKind, ImportError, Limits, LoadOptions, Streamed, single_mesh_scene};
+use crate::{ErrorKind, FileSize, ImportError, Limits, LoadOptions, Streamed, single_mesh_scene};
 use header::{Element, Encoding, Header, Property};
 use std::io::Read;
 use std::path::Path;
@@ -50,9 +50,13 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     Ok(streamed_mesh(path, colored, triangles, diagnostics, Box::new(read)))
 }
 
-/// Faces that a file says it has.
-pub(crate) fn faces(path: &Path, options: &LoadOptions) -> Result<u64, ImportError> {
-    Ok(faces_of(&Header::read(&mut Source::open(path, &options.limits)?)?))
+/// What a file's header says of its size.
+pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportError> {
+    let bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
+    let header = Header::read(&mut Source::open(path, &options.limits)?)?;
+    // A list of strips is in memory as it stands in the file, whose buffer doubles, and as numbers of 8 bytes.
+    let streaming_bytes = if header.element("tristrips").is_some() { bytes.saturating_mul(4) } else { 0 };
+    Ok(FileSize { streaming_bytes, triangles: faces_of(&header), image_bytes: 0 })
 }
 
 fn faces_of(header: &Header) -> u64 {
@@ -259,7 +263,7 @@ impl Faces {
     #[inline]
     fn push(&mut self, corners: &[i64], sink: &mut dyn MeshSink) -> Result<(), Refusal> {
         if self.strips {
-            self.push_strips(corners)?;
+            self.push_strips(corners, sink)?;
         } else {
             for &corner in corners {
                 self.check(corner)?;
@@ -294,7 +298,7 @@ impl Faces {
         Ok(())
     }
 
-    fn push_strips(&mut self, strips: &[i64]) -> Result<(), String> {
+    fn push_strips(&mut self, strips: &[i64], sink: &mut dyn MeshSink) -> Result<(), Refusal> {
         for strip in strips.split(|&i| i < 0) {
             for &corner in strip {
                 self.check(corner)?;
@@ -306,9 +310,14 @@ impl Faces {
                 if a != b && b != c && c != a {
                     self.triangles.push(triangle);
                 }
+                // A file often has one list of all strips.
+                if self.triangles.len() >= BLOCK_TRIANGLES {
+                    self.check_limit()?;
+                    self.flush(sink)?;
+                }
             }
         }
-        self.check_limit()
+        Ok(self.check_limit()?)
     }
 
     #[inline]

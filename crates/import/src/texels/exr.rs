@@ -16,16 +16,6 @@ pub(super) fn decode(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image,
     guarded(name, || decode_unguarded(bytes, name, limits))
 }
 
-/// Bytes of the texels, from the headers.
-pub(super) fn decoded_bytes(bytes: &[u8], name: &str) -> Result<u64, ImportError> {
-    guarded(name, || {
-        let reader = block::read(Cursor::new(bytes), false).map_err(|e| broken(&e, name))?;
-        let (layer, channels) = pick_layer(reader.headers(), name)?;
-        let (width, height) = (reader.headers()[layer].layer_size.0, reader.headers()[layer].layer_size.1);
-        Ok((width as u64).saturating_mul(height as u64).saturating_mul(4 * channels.len() as u64))
-    })
-}
-
 fn broken(error: &::exr::error::Error, name: &str) -> ImportError {
     ImportError::malformed(format!("the image cannot be decoded: {error}"), name)
 }
@@ -58,6 +48,7 @@ pub(super) fn rows(bytes: Box<dyn Bytes>, name: &str, limits: &Limits) -> Result
     let chunks = reader.filter_chunks(false, |_, _, b| b.layer == layer && b.level.0 == 0 && b.level.1 == 0);
     let mut blocks = chunks.map_err(|e| broken(&e, name))?.sequential_decompressor(false);
     let row = image.width as usize * usize::from(image.channels);
+    let most_waiting = working_bytes / image.row_bytes().max(1);
     let (mut waiting, mut y, name) = (BTreeMap::<usize, Partial>::new(), 0, name.to_owned());
     let next = move |out: &mut Texels| {
         while waiting.get(&y).is_none_or(|partial| partial.missing > 0) {
@@ -67,6 +58,9 @@ pub(super) fn rows(bytes: Box<dyn Bytes>, name: &str, limits: &Limits) -> Result
             };
             for line in picked.lines(&block) {
                 waiting.entry(line.y).or_insert_with(|| Partial::new(row)).add(&line);
+            }
+            if waiting.len() as u64 > most_waiting {
+                return Err(ImportError::malformed("its rows are not in the order that it says", &name));
             }
         }
         let complete = waiting.remove(&y).unwrap_or_else(|| Partial::new(row));

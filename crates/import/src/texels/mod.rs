@@ -10,10 +10,10 @@ mod tests;
 use crate::decode::{KTX2_SIGNATURE, ktx2, ktx2_decoded_bytes};
 use crate::{ErrorKind, ImportError, Limits};
 use ::image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
-use std::io::Cursor;
+use std::io::{BufRead, Cursor, Read, Seek};
 use vastlight_scene::{Image, Texels};
 
-pub(crate) use rows::{Deferral, ImageBytes, ImageFile, Loaded};
+pub(crate) use rows::{Deferral, ImageBytes, ImageFile, ImageSize, Loaded};
 
 /// Decodes an image file in memory; the format is found from its first bytes. `name` goes into the image and into
 /// messages.
@@ -33,19 +33,28 @@ pub fn decode_image(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, 
     }
 }
 
-/// How many bytes the texels of an image file take once decoded, from its header alone.
+/// How many bytes the texels of an image file that begins with `first` take once decoded, from its header alone; for formats that are
+/// decoded as a whole.
 ///
 /// # Errors
-/// Unknown format, or the header is malformed.
-fn decoded_bytes(bytes: &[u8], name: &str) -> Result<u64, ImportError> {
-    if bytes.starts_with(KTX2_SIGNATURE) {
-        return ktx2_decoded_bytes(bytes, name);
+/// Unknown format, or the header cannot be read or is malformed.
+fn header_bytes<B: BufRead + Seek>(
+    first: &[u8],
+    open: impl FnOnce() -> Result<B, ImportError>,
+    name: &str,
+) -> Result<u64, ImportError> {
+    if first.starts_with(KTX2_SIGNATURE) {
+        let mut header = Vec::new();
+        let read = open()?.take(KTX2_HEADER).read_to_end(&mut header);
+        read.map_err(|e| ImportError::new(ErrorKind::Io, e.to_string(), name))?;
+        return ktx2_decoded_bytes(&header, name);
     }
-    match format_of(bytes, name)? {
-        ImageFormat::OpenExr => exr::decoded_bytes(bytes, name),
-        other => guarded(name, || Ok(open_common(bytes, other, name)?.total_bytes())),
-    }
+    let (format, reader) = (format_of(first, name)?, open()?);
+    guarded(name, || Ok(open_common(reader, format, name)?.total_bytes()))
 }
+
+/// Bytes in which the header of a KTX2 file and the description of its texels stand.
+const KTX2_HEADER: u64 = 1 << 16;
 
 fn format_of(bytes: &[u8], name: &str) -> Result<ImageFormat, ImportError> {
     let webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
@@ -64,12 +73,12 @@ fn format_of(bytes: &[u8], name: &str) -> Result<ImageFormat, ImportError> {
 }
 
 /// Reads the header.
-fn open_common<'b>(
-    bytes: &'b [u8],
+fn open_common<'a, B: BufRead + Seek + 'a>(
+    reader: B,
     format: ImageFormat,
     name: &str,
-) -> Result<impl ImageDecoder + use<'b>, ImportError> {
-    ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(|e| broken(&e, name))
+) -> Result<impl ImageDecoder + 'a, ImportError> {
+    ImageReader::with_format(reader, format).into_decoder().map_err(|e| broken(&e, name))
 }
 
 fn broken(error: &ImageError, name: &str) -> ImportError {
@@ -82,7 +91,7 @@ fn decode_common(
     name: &str,
     limits: &Limits,
 ) -> Result<Image, ImportError> {
-    let mut decoder = open_common(bytes, format, name)?;
+    let mut decoder = open_common(Cursor::new(bytes), format, name)?;
     let (width, height) = decoder.dimensions();
     let bytes_per_texel = u64::from(decoder.color_type().bytes_per_pixel());
     limits.check_image(u64::from(width), u64::from(height), bytes_per_texel, name)?;

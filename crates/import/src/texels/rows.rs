@@ -1,13 +1,13 @@
 //! Image files row by row, so that an image may be larger than memory: PNG and OpenEXR as they are decoded; other formats, and
 //! interlaced PNG, are decoded whole when their first row is asked for.
 
-use super::{decode_image, decoded_bytes, exr, format_of, guarded, png};
+use super::{decode_image, exr, format_of, guarded, header_bytes, png};
+use crate::blob::Blob;
 use crate::{ErrorKind, ImportError, Limits};
 use ::image::ImageFormat;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, Read, Seek};
+use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::PathBuf;
-use std::sync::Arc;
 use vastlight_scene::{Image, ImageRows, NextRow, SceneDesc, SceneError, Texels};
 
 /// Images with more decoded bytes are worth decoding twice: once to find what is wrong, once to use them.
@@ -43,9 +43,30 @@ impl Deferral {
         number
     }
 
-    /// Whether an image of so many decoded bytes comes row by row.
-    pub(crate) fn is_for(&self, decoded_bytes: u64) -> bool {
-        decoded_bytes > self.from_bytes
+    /// What those of images of these sizes that come by rows take while each thread decodes one of them.
+    pub(crate) fn working_bytes(&self, sizes: &[ImageSize]) -> u64 {
+        let by_rows = sizes.iter().filter(|size| size.decoded_bytes > self.from_bytes);
+        let largest = by_rows.map(|size| size.working_bytes).max().unwrap_or(0);
+        largest.saturating_mul(rayon::current_num_threads() as u64)
+    }
+
+    /// Which images of these sizes come row by row, but for those that must be `whole`.
+    ///
+    /// # Errors
+    /// The others are beyond the limits all together, with those that are decoded on their way.
+    pub(crate) fn plan(
+        &self,
+        sizes: &[ImageSize],
+        whole: impl Fn(usize) -> bool,
+        limits: &Limits,
+        place: &str,
+    ) -> Result<Vec<bool>, ImportError> {
+        let later = |(i, size): (usize, &ImageSize)| size.decoded_bytes > self.from_bytes && !whole(i);
+        let later: Vec<bool> = sizes.iter().enumerate().map(later).collect();
+        let at_once =
+            sizes.iter().zip(&later).filter(|(_, later)| !**later).map(|(size, _)| size.decoded_bytes);
+        let total = at_once.fold(self.working_bytes(sizes), u64::saturating_add);
+        limits.check_all_images(total, place).map(|()| later)
     }
 }
 
@@ -53,13 +74,22 @@ impl Deferral {
 pub(super) trait Bytes: BufRead + Seek + Send {}
 impl<T: BufRead + Seek + Send> Bytes for T {}
 
+/// How large an image is, as its header says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ImageSize {
+    /// Of all texels.
+    pub(crate) decoded_bytes: u64,
+    /// In memory while rows come.
+    pub(crate) working_bytes: u64,
+}
+
 /// Where the bytes of an image file are.
 #[derive(Clone, Debug)]
 pub(crate) enum ImageBytes {
     /// In a file.
     File(PathBuf),
-    /// In memory.
-    Held(Arc<[u8]>),
+    /// In a part of one, or in memory.
+    Part(Blob),
 }
 
 /// An image without texels, and its file with the bytes that its rows take, if they come later.
@@ -132,16 +162,17 @@ impl ImageFile {
         decode_image(&self.all()?, &self.name, &self.limits)
     }
 
-    /// How many bytes the texels take once decoded, from the header alone.
-    ///
-    /// # Errors
-    /// The file cannot be read, its format is unknown, or the header is malformed.
-    pub(crate) fn decoded_bytes(&self) -> Result<u64, ImportError> {
-        let Some(Rows { image, .. }) = self.by_rows()? else {
-            return decoded_bytes(&self.all()?, &self.name);
-        };
-        let texel = u64::from(image.channels) * image.texels.number_bytes() as u64;
-        Ok(u64::from(image.width) * u64::from(image.height) * texel)
+    /// How large the image is, from the header alone; nothing where that says nothing, which decoding will report.
+    pub(crate) fn size(&self) -> ImageSize {
+        self.known_size().unwrap_or_default()
+    }
+
+    fn known_size(&self) -> Result<ImageSize, ImportError> {
+        if let Some(Rows { image, working_bytes, .. }) = self.by_rows()? {
+            return Ok(ImageSize { decoded_bytes: image.whole_bytes(), working_bytes });
+        }
+        let decoded_bytes = header_bytes(&self.first_bytes()?, || self.open(), &self.name)?;
+        Ok(ImageSize { decoded_bytes, working_bytes: decoded_bytes })
     }
 
     /// The first bytes of the file.
@@ -163,7 +194,7 @@ impl ImageFile {
                 self.limits.check_count(bytes, most, "bytes", &path.display().to_string())?;
                 Ok(Box::new(BufReader::with_capacity(1 << 16, file)))
             }
-            ImageBytes::Held(bytes) => Ok(Box::new(Cursor::new(Arc::clone(bytes)))),
+            ImageBytes::Part(part) => Ok(Box::new(part.reader())),
         }
     }
 
@@ -178,7 +209,11 @@ impl ImageFile {
     }
 
     fn rows(&self) -> Result<Rows, ImportError> {
-        self.by_rows()?.map_or_else(|| self.decode().map(whole), Ok)
+        let Some(rows) = self.by_rows()? else { return self.decode().map(whole) };
+        // At most all rows wait for others.
+        let held = rows.working_bytes.min(rows.image.whole_bytes());
+        self.limits.check_count(held, self.limits.decoded_bytes, "bytes", &self.name)?;
+        Ok(rows)
     }
 
     /// The rows of a format whose decoder gives them; none of another one.
@@ -215,9 +250,11 @@ mod tests {
     use super::*;
     use ::exr::prelude::{self as ex, WritableImage};
     use ::image::{DynamicImage, ImageBuffer};
+    use std::io::Cursor;
 
     fn file(bytes: &[u8]) -> ImageFile {
-        ImageFile { bytes: ImageBytes::Held(bytes.into()), name: "test".into(), limits: Limits::default() }
+        let bytes = ImageBytes::Part(bytes.to_vec().into());
+        ImageFile { bytes, name: "test".into(), limits: Limits::default() }
     }
 
     /// The image of its rows.
@@ -303,10 +340,40 @@ mod tests {
         let gone = ImageFile { bytes: ImageBytes::File("/nonexistent.png".into()), ..file(&[]) };
         assert_eq!(gone.check().expect_err("gone").kind, ErrorKind::Io);
         let bytes = encoded(&DynamicImage::new_rgb8(40, 3), ImageFormat::Png);
-        let limits = Limits { image_side: 39, decoded_bytes: 1, ..Limits::default() };
+        let limits = Limits { image_side: 39, decoded_bytes: 40 * 3 * 3, ..Limits::default() };
         let narrow = ImageFile { limits, ..file(&bytes) };
         assert_eq!(narrow.check().expect_err("too wide").kind, ErrorKind::Limit);
         let limits = Limits { image_side: 40, ..limits };
         assert_eq!(ImageFile { limits, ..narrow }.check().expect("rows").0.width, 40);
+    }
+
+    #[test]
+    fn rows_that_wait_for_others_are_limited() {
+        let bytes = exr(ex::Blocks::ScanLines, ex::LineOrder::Decreasing);
+        let check = |decoded_bytes| {
+            let limits = Limits { decoded_bytes, ..Limits::default() };
+            ImageFile { limits, ..file(&bytes) }.check()
+        };
+        let whole = 21 * 13 * 3 * 4;
+        assert_eq!(check(whole - 1).expect_err("all of them wait").kind, ErrorKind::Limit);
+        assert!(check(whole).is_ok());
+    }
+
+    #[test]
+    fn what_comes_later_counts_as_far_as_it_is_in_memory() {
+        let size = |decoded_bytes, working_bytes| ImageSize { decoded_bytes, working_bytes };
+        let sizes = [size(10, 10), size(4 << 20, 1000), size(8 << 20, 2000), size(4 << 20, 4 << 20)];
+        let plan = |deferral: &Deferral, whole: usize, most: u64| {
+            let limits = Limits { all_images_bytes: most, ..Limits::default() };
+            deferral.plan(&sizes, |i| i == whole, &limits, "test").ok()
+        };
+        let threads = rayon::current_num_threads() as u64;
+        let (never, later) = (Deferral::never(), Deferral::of_large());
+        assert_eq!(plan(&never, 9, 10 + (16 << 20)), Some(vec![false; 4]));
+        assert_eq!(plan(&never, 9, 9 + (16 << 20)), None);
+        let most = 10 + (4 << 20) * threads;
+        assert_eq!(plan(&later, 9, most), Some(vec![false, true, true, true]));
+        assert_eq!(plan(&later, 9, most - 1), None);
+        assert_eq!(plan(&later, 1, most + (4 << 20)), Some(vec![false, false, true, true]));
     }
 }

@@ -39,10 +39,11 @@ pub struct GenerateOptions {
     pub seed: u64,
 }
 
-/// A demo: its name, whether its size can be chosen, and the function that makes it.
+/// A demo: its name, whether its size and that of its textures can be chosen, and the function that makes it.
 struct Demo {
     name: &'static str,
     sizes: Option<Sizes>,
+    texture_bytes: Option<Sizes>,
     make: Make,
 }
 
@@ -54,42 +55,52 @@ enum Make {
     Pieces(fn(&GenerateOptions) -> SceneStream),
 }
 
-/// Triangle counts that a demo can be asked for.
+/// What a demo can be asked for.
 struct Sizes {
     least: u64,
     most: u64,
 }
 
 const DEMOS: &[Demo] = &[
-    Demo { name: "atrium", sizes: None, make: Make::Whole(atrium::atrium) },
+    Demo { name: "atrium", sizes: None, texture_bytes: None, make: Make::Whole(atrium::atrium) },
     Demo {
         name: "caustic-sphere",
         sizes: Some(Sizes { least: 1_000, most: 1_000_000_000 }),
+        texture_bytes: None,
         make: Make::Whole(caustic_sphere::caustic_sphere),
     },
     Demo {
         name: "city",
         sizes: Some(Sizes { least: 200_000, most: 20_000_000_000 }),
+        texture_bytes: None,
         make: Make::Pieces(city::city),
     },
-    Demo { name: "cornell", sizes: None, make: Make::Whole(cornell::cornell) },
+    Demo { name: "cornell", sizes: None, texture_bytes: None, make: Make::Whole(cornell::cornell) },
     Demo {
         name: "plant",
         sizes: Some(Sizes { least: 400_000, most: 1_000_000_000 }),
+        texture_bytes: None,
         make: Make::Pieces(plant::plant),
     },
     Demo {
         name: "statue",
         sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
+        texture_bytes: None,
         make: Make::Whole(statue::statue),
     },
-    Demo { name: "still-life", sizes: None, make: Make::Whole(still_life::still_life) },
+    Demo { name: "still-life", sizes: None, texture_bytes: None, make: Make::Whole(still_life::still_life) },
     Demo {
         name: "terrain",
         sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
+        texture_bytes: None,
         make: Make::Pieces(terrain::terrain),
     },
-    Demo { name: "textured-hall", sizes: None, make: Make::Pieces(textured_hall::textured_hall) },
+    Demo {
+        name: "textured-hall",
+        sizes: None,
+        texture_bytes: Some(textured_hall::TEXTURE_BYTES),
+        make: Make::Pieces(textured_hall::textured_hall),
+    },
 ];
 
 /// The names that [`by_name`] knows, in alphabetical order.
@@ -130,23 +141,26 @@ fn find(name: &str, options: &GenerateOptions) -> Result<&'static Demo, SceneErr
             format!("there are {}", names().join(", ")),
         ));
     };
-    if let Some(wanted) = options.triangles {
-        let Some(sizes) = &demo.sizes else {
-            return Err(SceneError::new(
-                "the number of triangles of this scene is fixed",
-                place(),
-                "leave the number out",
-            ));
-        };
-        if !(sizes.least..=sizes.most).contains(&wanted) {
-            return Err(SceneError::new(
-                format!("{wanted} triangles are out of range"),
-                place(),
-                format!("from {} to {}", sizes.least, sizes.most),
-            ));
-        }
-    }
+    let (triangles, bytes) = ("the number of triangles", "the size of the textures");
+    check(triangles, options.triangles, demo.sizes.as_ref(), name)?;
+    check(bytes, options.texture_bytes, demo.texture_bytes.as_ref(), name)?;
     Ok(demo)
+}
+
+/// Whether a demo can be asked for so much of something.
+fn check(what: &str, wanted: Option<u64>, sizes: Option<&Sizes>, demo: &str) -> Result<(), SceneError> {
+    let place = format!("demo:{demo}");
+    match (wanted, sizes) {
+        (None, _) => Ok(()),
+        (Some(_), None) => {
+            Err(SceneError::new(format!("{what} of this scene is fixed"), place, "leave the number out"))
+        }
+        (Some(wanted), Some(Sizes { least, most })) if !(least..=most).contains(&&wanted) => {
+            let hint = format!("from {least} to {most}");
+            Err(SceneError::new(format!("{what} is out of range: {wanted}"), place, hint))
+        }
+        (Some(_), Some(_)) => Ok(()),
+    }
 }
 
 #[cfg(test)]

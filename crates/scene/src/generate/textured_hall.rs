@@ -5,7 +5,7 @@ use super::chance::Chance;
 use super::noise::{PRIMES, mixed};
 use super::shape::Shape;
 use super::solids::sphere;
-use super::{GenerateOptions, builder::Builder};
+use super::{GenerateOptions, Sizes, builder::Builder};
 use crate::{
     Camera, Encoding, Environment, Image, ImageRows, Material, NextRow, SceneError, SceneStream, Texels, Wrap,
 };
@@ -21,13 +21,16 @@ const BYTES: u64 = 48 << 20;
 /// Edge of a mosaic's stone in texels.
 const STONE: u32 = 48;
 /// Largest edge of an image.
-const LARGEST: f64 = 60_000.0;
+const LARGEST: u32 = 60_000;
+/// What can be asked for.
+pub(super) const TEXTURE_BYTES: Sizes =
+    Sizes { least: 1, most: 3 * (ALONG * SIDES) as u64 * LARGEST as u64 * LARGEST as u64 };
 
 /// The scene.
 pub(super) fn textured_hall(options: &GenerateOptions) -> SceneStream {
     let mut b = Builder::default();
     let texels = options.texture_bytes.unwrap_or(BYTES) as f64 / f64::from(3 * ALONG * SIDES);
-    let edge = texels.sqrt().ceil().clamp(1.0, LARGEST) as u32;
+    let edge = texels.sqrt().ceil() as u32;
     let rows =
         (0..ALONG * SIDES).map(|panel| mosaic_panel(&mut b, panel, edge, options.seed as u32)).collect();
     let half = PANEL * 0.5;

@@ -7,7 +7,7 @@ use crate::common::{
 use vastlight_math::{Affine3, FAR, Mat3, Ray, Vec3};
 use vastlight_scene::{Scene, SceneDesc};
 use vastlight_simd::Level;
-use vastlight_trace::{Hit, HitFilter, Layout, TraceError, Tracer, TracerConfig};
+use vastlight_trace::{Hit, HitFilter, Layout, TopLevel, TraceError, Tracer, TracerConfig};
 
 fn ball_and_others() -> Scene {
     let maps =
@@ -184,12 +184,24 @@ fn places_beyond_the_range_of_numbers_do_no_harm() {
         translation: Vec3::X * x,
     };
     let rays = rays_at(&mut random, 300, Vec3::ZERO, 1.0);
+    let alone = scene(vec![(ball.clone(), vec![Affine3::IDENTITY])]);
+    let expected = closest(&tracer(&alone, Level::detect()), &rays);
+    assert!(expected.iter().filter(|hit| hit.is_hit()).count() > 50);
     for (scale, x) in [(1e38, 0.0), (3e38, 3e38), (1.0, 3e38), (1e-38, -3e38)] {
         let maps = vec![Affine3::IDENTITY, far(scale, x), far(-scale, -x)];
         let scene = scene(vec![(ball.clone(), maps)]);
+        let check = |tracer: &Tracer, what: &str| {
+            for (found, expected) in closest(tracer, &rays).iter().zip(&expected) {
+                // The others may be in the way, or nowhere.
+                let same = found == expected || found.instance != 0 && found.t <= expected.t;
+                assert!(same, "{what}, {scale} {x}: {found:?} {expected:?}");
+            }
+        };
         for accel in ACCELS {
-            let tracer = tracer_over(accel, &scene, Level::detect());
-            assert_eq!(closest(&tracer, &rays).len(), rays.len());
+            check(&tracer_over(accel, &scene, Level::detect()), accel);
         }
+        let (layout, top) = (Layout::Compact, TopLevel::Grid(64));
+        let config = TracerConfig { layout, top, ..TracerConfig::default() };
+        check(&Tracer::new(&scene, &config).expect("built"), "grid");
     }
 }

@@ -14,6 +14,17 @@ use vastlight::{
     CameraChoice, Control, Error, LoadOptions, OpenScene, RenderRequest, open_store, pack, render, stream,
 };
 
+/// Lamps, glass and normals; textures in tiles; one mesh in many pages.
+pub(crate) const SCENES: [&str; 3] = ["demo:still-life", "demo:textured-hall", "demo:statue"];
+
+/// How one of them is made, with so many bytes of texture where it has any.
+pub(crate) fn options(scene: &str, texture_bytes: u64) -> LoadOptions {
+    let mut options = LoadOptions::default();
+    options.generate.triangles = (scene == "demo:statue").then_some(20_000);
+    options.generate.texture_bytes = (scene == "demo:textured-hall").then_some(texture_bytes);
+    options
+}
+
 /// Whether proofs may take their time.
 pub(crate) fn is_soak() -> bool {
     std::env::var_os("VASTLIGHT_SOAK").is_some()

@@ -10,7 +10,7 @@ mod common;
 mod damage;
 
 use common::random::Random;
-use common::{is_soak, opened, packed, picture};
+use common::{SCENES, is_soak, opened, options, packed, picture};
 use damage::Anatomy;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
@@ -27,19 +27,12 @@ const LIMIT_KIB: u64 = 1 << 20;
 /// A case takes milliseconds.
 const HANG: Duration = Duration::from_secs(60);
 
-/// Lamps, glass and normals; textures in tiles; attributes of several kinds in many pages.
-const SCENES: [&str; 3] = ["demo:still-life", "demo:textured-hall", "demo:statue"];
-
-fn options(scene: &str) -> LoadOptions {
-    let mut options = LoadOptions::default();
-    options.generate.triangles = (scene == "demo:statue").then_some(20_000);
-    options.generate.texture_bytes = (scene == "demo:textured-hall").then_some(1 << 16);
-    options
-}
+/// Bytes of texture of the scene that has any.
+const TEXTURE_BYTES: u64 = 1 << 16;
 
 fn anatomy(scene: &str) -> Anatomy {
     let config = PackConfig { page_bytes: 1 << 12, tile_bytes: 256, ..PackConfig::default() };
-    Anatomy::of(packed(scene, &options(scene), &config).0)
+    Anatomy::of(packed(scene, &options(scene, TEXTURE_BYTES), &config).0)
 }
 
 /// Opens a store and renders a small picture of it.
@@ -58,7 +51,7 @@ fn cases_of_a_child() {
     let mut words = cases.split(' ');
     let mut number = || words.next().and_then(|word| word.parse::<u64>().ok()).expect("three numbers");
     let (scene, first, count) = (SCENES[number() as usize], number(), number());
-    let (anatomy, options) = (anatomy(scene), options(scene));
+    let (anatomy, options) = (anatomy(scene), options(scene, TEXTURE_BYTES));
     let (mut refused, mut rendered) = (0, 0);
     for case in first..first + count {
         let mut random = Random::new(case);
@@ -138,7 +131,7 @@ fn damaged_stores_are_errors_or_pictures() {
 /// A page in which all eight children of each node are the next node: as many ways as eight to the power of the nodes.
 #[test]
 fn ways_that_meet_again_end() {
-    let stored = Anatomy::of(packed(SCENES[2], &options(SCENES[2]), &PackConfig::default()).0);
+    let stored = Anatomy::of(packed(SCENES[2], &options(SCENES[2], TEXTURE_BYTES), &PackConfig::default()).0);
     let bytes = stored.with_meeting_ways();
     let (done, outcome) = channel();
     std::thread::spawn(move || {
@@ -152,8 +145,8 @@ fn ways_that_meet_again_end() {
 fn sealed_again_a_store_is_sound() {
     for scene in SCENES {
         let config = PackConfig { page_bytes: 1 << 12, tile_bytes: 256, ..PackConfig::default() };
-        let bytes = packed(scene, &options(scene), &config).0;
+        let bytes = packed(scene, &options(scene, TEXTURE_BYTES), &config).0;
         assert!(Anatomy::of(bytes.clone()).sealed() == bytes);
-        try_out(bytes, &options(scene), &mut Random::new(1)).expect("renders");
+        try_out(bytes, &options(scene, TEXTURE_BYTES), &mut Random::new(1)).expect("renders");
     }
 }

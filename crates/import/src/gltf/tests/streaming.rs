@@ -1,7 +1,8 @@
 //! Scenes mesh by mesh against the same as a whole, from memory and from disk.
 
 use super::builder::{Builder, load_bytes};
-use crate::gltf::{self, blob::MOST_IN_MEMORY};
+use crate::blob::MOST_IN_MEMORY;
+use crate::gltf;
 use crate::{LoadOptions, Streamed};
 use serde_json::json;
 use vastlight_scene::{SceneDesc, SceneStream};

@@ -2,17 +2,17 @@
 
 use std::borrow::Cow;
 use std::fs::File;
-use std::io::{Error, ErrorKind, Read, Result, Seek, SeekFrom};
+use std::io::{BufReader, Error, ErrorKind, Read, Result, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 /// Files of at most so many bytes are kept in memory.
-pub(super) const MOST_IN_MEMORY: u64 = 1 << 20;
+pub(crate) const MOST_IN_MEMORY: u64 = 1 << 20;
 
 /// A run of bytes; copies of it share them.
 #[derive(Clone, Debug)]
-pub(super) struct Blob {
+pub(crate) struct Blob {
     place: Place,
     range: Range<u64>,
 }
@@ -32,7 +32,7 @@ impl From<Vec<u8>> for Blob {
 
 impl Blob {
     /// A regular file of at most `limit` bytes, which stays on disk if it has more than `in_memory`.
-    pub(super) fn open(path: &Path, limit: u64, in_memory: u64) -> Result<Self> {
+    pub(crate) fn open(path: &Path, limit: u64, in_memory: u64) -> Result<Self> {
         let (mut file, length) = open_file(path, limit)?;
         if length > in_memory {
             return Ok(Self { place: Place::File(Arc::new(Mutex::new(file))), range: 0..length });
@@ -41,12 +41,12 @@ impl Blob {
     }
 
     /// Number of bytes.
-    pub(super) fn len(&self) -> u64 {
+    pub(crate) fn len(&self) -> u64 {
         self.range.end - self.range.start
     }
 
     /// A part; `None` if it is not within this one.
-    pub(super) fn part(&self, start: u64, length: u64) -> Option<Self> {
+    pub(crate) fn part(&self, start: u64, length: u64) -> Option<Self> {
         let start = self.range.start.checked_add(start)?;
         let end = start.checked_add(length).filter(|&end| end <= self.range.end)?;
         Some(Self { place: self.place.clone(), range: start..end })
@@ -56,7 +56,7 @@ impl Blob {
     ///
     /// # Errors
     /// They are not there, the file cannot be read, or there is no memory for them.
-    pub(super) fn read(&self, start: u64, length: u64) -> Result<Cow<'_, [u8]>> {
+    pub(crate) fn read(&self, start: u64, length: u64) -> Result<Cow<'_, [u8]>> {
         let Some(Self { range, .. }) = self.part(start, length) else {
             return Err(ErrorKind::UnexpectedEof.into());
         };
@@ -73,17 +73,22 @@ impl Blob {
         }
     }
 
+    /// A reader that begins with the first byte.
+    pub(crate) fn reader(&self) -> BufReader<impl Read + Seek + Send + use<>> {
+        BufReader::with_capacity(1 << 16, Reader { blob: self.clone(), at: 0 })
+    }
+
     /// All bytes.
     ///
     /// # Errors
     /// Those of [`read`](Self::read).
-    pub(super) fn bytes(&self) -> Result<Cow<'_, [u8]>> {
+    pub(crate) fn bytes(&self) -> Result<Cow<'_, [u8]>> {
         self.read(0, self.len())
     }
 }
 
 /// Opens a regular file of at most `limit` bytes; and its length.
-pub(super) fn open_file(path: &Path, limit: u64) -> Result<(File, u64)> {
+pub(crate) fn open_file(path: &Path, limit: u64) -> Result<(File, u64)> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     let length = metadata.len();
@@ -94,6 +99,33 @@ pub(super) fn open_file(path: &Path, limit: u64) -> Result<(File, u64)> {
         return Err(Error::other(format!("{length} bytes are more than the limit of {limit}")));
     }
     Ok((file, length))
+}
+
+/// Reads a blob from anywhere in it.
+struct Reader {
+    blob: Blob,
+    at: u64,
+}
+
+impl Read for Reader {
+    fn read(&mut self, into: &mut [u8]) -> Result<usize> {
+        let count = self.blob.len().saturating_sub(self.at).min(into.len() as u64);
+        into[..count as usize].copy_from_slice(&self.blob.read(self.at, count)?);
+        self.at += count;
+        Ok(count as usize)
+    }
+}
+
+impl Seek for Reader {
+    fn seek(&mut self, to: SeekFrom) -> Result<u64> {
+        let at = match to {
+            SeekFrom::Start(at) => Some(at),
+            SeekFrom::Current(by) => self.at.checked_add_signed(by),
+            SeekFrom::End(by) => self.blob.len().checked_add_signed(by),
+        };
+        self.at = at.ok_or(ErrorKind::InvalidInput)?;
+        Ok(self.at)
+    }
 }
 
 fn read_exactly(file: &mut File, length: usize) -> Result<Vec<u8>> {
@@ -122,6 +154,12 @@ mod tests {
             assert_eq!(&*part.read(5, 3).expect("read"), &bytes[65..68]);
             assert!(part.part(10, 11).is_none() && part.part(u64::MAX, 2).is_none());
             assert!(part.read(20, 1).is_err());
+            let (mut reader, mut read) = (part.reader(), Vec::new());
+            assert_eq!(reader.seek(SeekFrom::End(-5)).expect("sought"), 15);
+            assert_eq!(reader.read_to_end(&mut read).expect("read"), 5);
+            assert_eq!((&read[..], reader.seek(SeekFrom::Start(30)).expect("sought")), (&bytes[75..80], 30));
+            assert_eq!(reader.read(&mut [0; 4]).expect("behind the end"), 0);
+            assert!(reader.seek(SeekFrom::Current(-31)).is_err());
         }
         let cut = Blob::open(&path, 200, 0).expect("opened");
         std::fs::write(&path, &bytes[..100]).expect("written");
