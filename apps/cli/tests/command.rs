@@ -430,3 +430,35 @@ fn a_scene_that_does_not_fit_is_packed_once_and_gives_the_same_picture() {
     assert_eq!(render("fits.png --cache-dir other").code, 0);
     assert!(!work.files().contains(&"other".to_owned()));
 }
+
+#[test]
+fn a_cached_store_is_packed_anew_when_a_map_of_its_overrides_changed() {
+    let work = Workspace::new();
+    let done = |arguments: &str| {
+        let outcome = work.run(arguments);
+        assert_eq!(outcome.code, 0, "{arguments}: {}", outcome.stderr);
+    };
+    work.write("sky.toml", "[environment]\nmap = \"sky.exr\"\n");
+    let scene = "render demo:statue --triangles 600000 -r 32x18 --spp 1 --override sky.toml -q -o";
+    let sky = |spp: u32| done(&format!("render demo:cornell -o sky.exr -r 16x8 --spp {spp} -q"));
+    let cached = || {
+        done(&format!("{scene} store.png --memory 180MiB --cache-dir stores"));
+        work.bytes("store.png")
+    };
+    sky(1);
+    let (first, again) = (cached(), cached());
+    assert!(first == again);
+    sky(64);
+    done(&format!("{scene} memory.png"));
+    assert!(cached() == work.bytes("memory.png") && work.bytes("memory.png") != first);
+}
+
+#[test]
+fn pages_that_no_reader_takes_are_refused_before_work() {
+    let work = Workspace::new();
+    for flag in ["--page-bytes", "--tile-bytes"] {
+        let outcome = work.run(&format!("pack demo:cornell -o scene.vls {flag} 1MiB -q"));
+        assert_eq!((outcome.code, outcome.stderr.lines().count()), (2, 1), "{outcome:?}");
+        assert!(outcome.stderr.contains(flag) && work.files().is_empty(), "{outcome:?}");
+    }
+}

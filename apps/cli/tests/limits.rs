@@ -22,7 +22,7 @@ fn below(state: &mut u64, end: u64) -> u64 {
     (*state >> 33) % end.max(1)
 }
 
-/// A workspace with a mesh of so many triangles, its store, and the picture of the scene in memory.
+/// A workspace with a mesh of so many triangles and its store; that store, and the picture of the scene in memory.
 fn with_mesh(triangles: u64) -> (Workspace, Vec<u8>, Vec<u8>) {
     let work = Workspace::new();
     let done = |arguments: &str| {
@@ -52,22 +52,36 @@ fn needed_mib(outcome: &Outcome) -> u64 {
     words[at - 1].parse::<f64>().expect("a number").ceil() as u64
 }
 
+/// What the system says the command took at most, in a report of its.
+fn peak_in(report: &serde_json::Value) -> u64 {
+    report["peak_rss_bytes"].as_u64().expect("measured")
+}
+
+/// That of a pack.
+fn peak_bytes(packed: &Outcome) -> u64 {
+    peak_in(&serde_json::from_str(&packed.stdout).expect("JSON"))
+}
+
 /// Packs and renders in budgets from the least that the command itself names on; `within` limits it to so many bytes.
 fn hold_to_budgets(within: impl Fn(&Workspace, u64, &str) -> Outcome) {
-    let (work, store, picture) = with_mesh(if is_soak() { 1_500_000 } else { 400_000 });
-    let pack = "pack mesh.ply -o scene.vls -q";
-    for mib in budgets(needed_mib(&work.run(&format!("{pack} --memory 1MiB")))) {
+    let (work, _, picture) = with_mesh(if is_soak() { 3_000_000 } else { 1_000_000 });
+    let pack = "pack mesh.ply -o scene.vls --json -q";
+    let least = needed_mib(&work.run(&format!("{pack} --memory 1MiB")));
+    // Without a budget more is taken, so that these are ones.
+    assert!(peak_bytes(&work.run(pack)) > (least + 8) << 20);
+    for mib in budgets(least) {
         let outcome = within(&work, mib << 20, &format!("{pack} --memory {mib}MiB"));
         assert_eq!(outcome.code, 0, "packs in {mib} MiB: {outcome:?}");
+        assert!(peak_bytes(&outcome) <= mib << 20, "{mib} MiB: {outcome:?}");
         let whole = work.run(&format!("pack mesh.ply -o same.vls --memory {mib}MiB -q"));
         assert_eq!(whole.code, 0, "{whole:?}");
         assert!(work.bytes("scene.vls") == work.bytes("same.vls"), "{mib} MiB");
     }
-    assert!(!store.is_empty());
-    let render = format!("render once.vls -o found.png {PICTURE}");
+    let render = format!("render once.vls -o found.png {PICTURE} --stats stats.json");
     for mib in budgets(needed_mib(&work.run(&format!("{render} --memory 1MiB")))) {
         let outcome = within(&work, mib << 20, &format!("{render} --memory {mib}MiB"));
         assert_eq!(outcome.code, 0, "renders in {mib} MiB: {outcome:?}");
+        assert!(peak_in(&work.json("stats.json")) <= mib << 20, "{mib} MiB: {}", work.json("stats.json"));
         assert!(work.bytes("found.png") == picture, "{mib} MiB");
     }
 }

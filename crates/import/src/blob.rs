@@ -110,6 +110,9 @@ struct Reader {
 impl Read for Reader {
     fn read(&mut self, into: &mut [u8]) -> Result<usize> {
         let count = self.blob.len().saturating_sub(self.at).min(into.len() as u64);
+        if count == 0 {
+            return Ok(0);
+        }
         into[..count as usize].copy_from_slice(&self.blob.read(self.at, count)?);
         self.at += count;
         Ok(count as usize)

@@ -8,6 +8,7 @@ mod attributes;
 mod error;
 pub mod format;
 mod journal;
+mod lock;
 mod pack;
 mod partition;
 mod read;

@@ -199,7 +199,7 @@ impl Buckets {
         Ok(bounds)
     }
 
-    /// Writes the triangles of a run to a new file, bucket by bucket; gives those. A run that fits one stays as it is.
+    /// Writes the triangles of a run to a new file, bucket by bucket; gives those.
     fn cut_run(&mut self, name: &str, run: Run, bounds: &Aabb, most: u64) -> Result<Vec<Run>, StoreError> {
         let (mut cells, counts) = self.cells(name, run, bounds)?;
         let (range_of_cell, ranges) = ranges(&counts, most.max(run.count.div_ceil(MOST_RUNS)));

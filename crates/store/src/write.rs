@@ -8,23 +8,25 @@ use crate::format::{
     EntryRow, HEADER_BYTES, Header, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow, TextureRow, VERSION,
 };
 use crate::journal::{Journal, join_runs, split_runs};
+use crate::lock::open_locked;
 use crate::pack::{PackedMesh, PageStrategy};
 use crate::source::SourceFile;
 use crate::tiler::Tiler;
 use crate::tiles::TileGrid;
 use bytemuck::{Pod, bytes_of, cast_slice, pod_collect_to_vec};
-use same_file::Handle;
 use serde::Serialize;
 use std::ffi::OsString;
-use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufWriter, ErrorKind, Seek, SeekFrom, Write};
+use std::fs::File;
+use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
 use vastlight_accel::wide::{ChildRef, Node8};
 use vastlight_accel::{BuildConfig, BuildError};
 use vastlight_math::{Aabb, Vec3};
 use vastlight_scene::{Content, Image, InstanceNames, MeshExtent, Scene, SceneDesc, Texels};
+
+/// Number of [`Tables`].
+const TABLES: usize = 10;
 
 /// A store in the making. Nothing is to be seen under its name before it is finished.
 #[derive(Debug)]
@@ -42,11 +44,6 @@ pub struct StoreWriter {
     /// Parts of meshes that are under a tree.
     joined_parts: usize,
 }
-
-/// Number of [`Tables`].
-const TABLES: usize = 10;
-/// How often a file that another process keeps is asked for.
-const PATIENCE: u32 = 20;
 
 /// What is resident, as it grows; nothing that stands there changes.
 #[derive(Debug, Default)]
@@ -150,32 +147,6 @@ pub struct StoreSize {
     pub pages: u64,
     /// Triangles of all meshes.
     pub triangles: u64,
-}
-
-/// Opens a file at `path` and takes it for this process; none if another keeps it. One that was killed gives it back when the
-/// system has taken down its memory, which takes a moment.
-fn open_locked(path: &Path) -> std::io::Result<Option<File>> {
-    for attempt in 0..PATIENCE {
-        if attempt > 0 {
-            std::thread::sleep(Duration::from_millis(100));
-        }
-        let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
-        match file.try_lock() {
-            Ok(()) if is_at(&file, path)? => return Ok(Some(file)),
-            Ok(()) | Err(TryLockError::WouldBlock) => {}
-            Err(TryLockError::Error(error)) => return Err(error),
-        }
-    }
-    Ok(None)
-}
-
-/// Whether the file is still the one at `path`: who kept it before may have given it its name, or taken it away.
-fn is_at(file: &File, path: &Path) -> std::io::Result<bool> {
-    match Handle::from_path(path) {
-        Ok(there) => Ok(Handle::from_file(file.try_clone()?)? == there),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(error),
-    }
 }
 
 /// `target` with more at its end.

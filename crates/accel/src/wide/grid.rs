@@ -250,8 +250,8 @@ impl CellWalk {
         let mut end = f64::INFINITY;
         for axis in 0..3 {
             let [a, b] = [0.0, grid.per_axis as f64].map(|number| walk.reach(grid, axis, number));
-            // A ray along the slab, on its plane, has no number for it and is over: no box reaches there, since each lies at a distance
-            // from the planes around all.
+            // A ray along the slab, on its plane, has no number for it and is over: no box reaches there, since each lies
+            // at a distance from the planes around all.
             (walk.entry, end) = (walk.entry.max(a.min(b)), end.min(a.max(b)));
         }
         walk.is_over = walk.entry > end;
@@ -362,7 +362,7 @@ mod tests {
         let boxes = vec![Aabb { min: Vec3::ZERO, max: Vec3::ONE }];
         for per_axis in [1, 3, 8] {
             let mut grid = build(&boxes, per_axis);
-            let (mut state, mut noticed, cells) = (11, 0, per_axis.pow(3));
+            let (mut state, mut met, mut noticed, cells) = (11, 0, 0, per_axis.pow(3));
             grid.cells = (0..cells as u32).map(ChildRef::leaf).collect();
             for i in 0..2000 {
                 let origin = point(&mut state) * 4.0 - 1.5;
@@ -386,9 +386,10 @@ mod tests {
                 assert!(!(0..200).any(|step| misses(&way, step)), "{origin} {direction} {begin}");
                 assert!(way.len() <= 3 * per_axis);
                 let shorter = |cut: usize| [&way[..cut], &way[cut + 1..]].concat();
+                met += usize::from(!way.is_empty());
                 noticed += usize::from((0..way.len()).any(|cut| (0..200).any(|s| misses(&shorter(cut), s))));
             }
-            assert!(noticed > 200, "a cell that is left out is missed: {noticed}");
+            assert!(met > 50 && 2 * noticed > met, "a cell that is left out is missed: {noticed} of {met}");
         }
     }
 
