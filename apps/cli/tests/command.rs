@@ -370,22 +370,40 @@ fn a_source_that_changed_is_noticed() {
     assert!(work.run("info scene.vls").stdout.contains("changed since"));
 }
 
+/// A glTF file of one mesh of separate triangles, whose positions stand in `mesh.bin`.
+fn write_gltf(work: &Workspace, positions: &[[f32; 3]]) {
+    let bytes = size_of_val(positions);
+    let bound = |best: fn(f32, f32) -> f32| {
+        let bounds = positions.iter().copied().reduce(|a, b| std::array::from_fn(|i| best(a[i], b[i])));
+        bounds.unwrap_or_default().map(f64::from)
+    };
+    let buffer = format!(r#""buffers": [{{"byteLength": {bytes}, "uri": "mesh.bin"}}]"#);
+    let view = format!(r#""bufferViews": [{{"buffer": 0, "byteLength": {bytes}}}]"#);
+    let accessor = format!(
+        r#""accessors": [{{"bufferView": 0, "componentType": 5126, "count": {}, "type": "VEC3",
+        "min": {:?}, "max": {:?}}}]"#,
+        positions.len(),
+        bound(f32::min),
+        bound(f32::max)
+    );
+    let mesh = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}]"#;
+    let text = format!(r#"{{"asset": {{"version": "2.0"}}, {buffer}, {view}, {accessor}, {mesh}}}"#);
+    work.write("mesh.gltf", &text);
+    write_buffer(work, positions);
+}
+
+fn write_buffer(work: &Workspace, positions: &[[f32; 3]]) {
+    let buffer: Vec<u8> = positions.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    std::fs::write(work.path("mesh.bin"), buffer).expect("written");
+}
+
 #[test]
 fn files_that_a_source_names_are_sources_too() {
     let work = Workspace::new();
     let write = |name: &str, text: &str| std::fs::write(work.path(name), text).expect("written");
     write("mesh.obj", "mtllib mesh.mtl\nusemtl red\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     write("mesh.mtl", "newmtl red\nKd 1 0 0\nmap_Kd missing.png\n");
-    let buffer = r#""buffers": [{"byteLength": 36, "uri": "mesh.bin"}]"#;
-    let view = r#""bufferViews": [{"buffer": 0, "byteLength": 36}]"#;
-    let accessor = r#""accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
-        "min": [0, 0, 0], "max": [0, 0, 0]}]"#;
-    let mesh = r#""meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}]"#;
-    write(
-        "mesh.gltf",
-        &format!(r#"{{"asset": {{"version": "2.0"}}, {buffer}, {view}, {accessor}, {mesh}}}"#),
-    );
-    write("mesh.bin", &"\0".repeat(36));
+    write_gltf(&work, &[[0.0; 3]; 3]);
     assert_eq!(work.run("pack mesh.gltf mesh.obj -o scene.vls -q").code, 0);
     let info = work.run("info scene.vls").stdout;
     for name in ["mesh.gltf", "mesh.obj", "mesh.mtl", "mesh.bin"] {
@@ -432,32 +450,40 @@ fn a_scene_that_does_not_fit_is_packed_once_and_gives_the_same_picture() {
 }
 
 #[test]
-fn a_cached_store_is_packed_anew_when_a_map_of_its_overrides_changed() {
+fn a_cached_store_is_packed_anew_when_a_file_of_the_scene_changed() {
     let work = Workspace::new();
     let done = |arguments: &str| {
         let outcome = work.run(arguments);
         assert_eq!(outcome.code, 0, "{arguments}: {}", outcome.stderr);
     };
     work.write("sky.toml", "[environment]\nmap = \"sky.exr\"\n");
-    let scene = "render demo:statue --triangles 600000 -r 32x18 --spp 1 --override sky.toml -q -o";
+    let scene = "render mesh.gltf -r 32x18 --spp 1 --override sky.toml -q -o";
     let sky = |spp: u32| done(&format!("render demo:cornell -o sky.exr -r 16x8 --spp {spp} -q"));
-    let cached = || {
-        done(&format!("{scene} store.png --memory 180MiB --cache-dir stores"));
+    let number = |i: u32| (i.wrapping_mul(0x9e37_79b9) >> 8) as f32 / 16_777_216.0;
+    let place = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2].map(number);
+    let mut positions: Vec<_> = (0..1_800_000).map(place).collect();
+    let same_as_in_memory = || {
+        done(&format!("{scene} store.png --memory 150MiB --cache-dir stores"));
+        done(&format!("{scene} memory.png"));
+        assert!(work.bytes("store.png") == work.bytes("memory.png"));
         work.bytes("store.png")
     };
     sky(1);
-    let (first, again) = (cached(), cached());
-    assert!(first == again);
+    write_gltf(&work, &positions);
+    let mut pictures = vec![same_as_in_memory()];
     sky(64);
-    done(&format!("{scene} memory.png"));
-    assert!(cached() == work.bytes("memory.png") && work.bytes("memory.png") != first);
+    pictures.push(same_as_in_memory());
+    positions.rotate_left(1);
+    write_buffer(&work, &positions);
+    pictures.push(same_as_in_memory());
+    assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
 }
 
 #[test]
 fn pages_that_no_reader_takes_are_refused_before_work() {
     let work = Workspace::new();
     for flag in ["--page-bytes", "--tile-bytes"] {
-        let outcome = work.run(&format!("pack demo:cornell -o scene.vls {flag} 1MiB -q"));
+        let outcome = work.run(&format!("pack demo:cornell -o scene.vls {flag} 1048576 -q"));
         assert_eq!((outcome.code, outcome.stderr.lines().count()), (2, 1), "{outcome:?}");
         assert!(outcome.stderr.contains(flag) && work.files().is_empty(), "{outcome:?}");
     }
