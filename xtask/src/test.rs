@@ -3,7 +3,7 @@
 use crate::process::{cargo, lines, step};
 
 /// Code that is built on demand only is proved as well.
-const FEATURES: &str = "vastlight-paging/object-store";
+const FEATURES: &str = "vastlight-cli/object-store";
 
 /// Format, lints, documentation.
 pub(crate) fn lint() -> Result<(), String> {

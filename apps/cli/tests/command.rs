@@ -1,8 +1,15 @@
 //! The command from outside: exit codes, messages, files, figures, determinism.
 
 mod common;
+// The server that the paging crate is tested with.
+#[cfg(feature = "object-store")]
+#[path = "../../../crates/paging/src/source/object/server.rs"]
+#[allow(dead_code, reason = "a part is used here")]
+mod server;
 
 use common::{Outcome, Workspace};
+#[cfg(feature = "object-store")]
+use server::{Answer, Server};
 
 #[test]
 fn mistakes_are_one_line_and_have_their_exit_code() {
@@ -487,4 +494,30 @@ fn pages_that_no_reader_takes_are_refused_before_work() {
         assert_eq!((outcome.code, outcome.stderr.lines().count()), (2, 1), "{outcome:?}");
         assert!(outcome.stderr.contains(flag) && work.files().is_empty(), "{outcome:?}");
     }
+}
+
+#[cfg(feature = "object-store")]
+#[test]
+fn a_store_on_a_server_gives_the_picture_of_the_file() {
+    let work = Workspace::new();
+    assert_eq!(work.run("pack demo:statue --triangles 20000 -o scene.vls -q").code, 0);
+    let render = |scene: &str, picture: &str| {
+        work.run(&format!("render {scene} -o {picture} -r 32x18 --spp 2 -q --memory 100MiB"))
+    };
+    assert_eq!(render("scene.vls", "file.png").code, 0);
+    let served = Server::start(work.bytes("scene.vls"), |number| match number % 7 {
+        3 => Answer::Status("503 Service Unavailable"),
+        _ => Answer::Right,
+    });
+    let outcome = render(&format!("{}?signature=abc", served.address()), "server.png");
+    assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+    assert!(served.requests() > 1 && work.bytes("server.png") == work.bytes("file.png"));
+    assert!(work.run(&format!("info {}", served.address())).stdout.contains("demo:statue"));
+    let missing = render(&format!("{}/none.vls?signature=abc", served.host()), "none.png");
+    assert_eq!((missing.code, missing.stderr.lines().count()), (3, 1), "{missing:?}");
+    assert!(missing.stderr.contains("none.vls") && !missing.stderr.contains("signature"), "{missing:?}");
+    let other = render(&format!("{}/mesh.glb?signature=abc", served.host()), "none.png");
+    assert_eq!((other.code, other.stderr.lines().count()), (2, 1), "{other:?}");
+    assert!(other.stderr.contains("pack") && !other.stderr.contains("signature"), "{other:?}");
+    assert!(!work.files().contains(&"none.png".to_owned()));
 }

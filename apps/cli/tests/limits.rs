@@ -94,6 +94,20 @@ fn budgets_hold_under_a_limit_of_addresses() {
     });
 }
 
+#[test]
+fn placements_of_meshes_count() {
+    let work = Workspace::new();
+    let city = |triangles: u64| format!("demo:city --triangles {triangles} -o city");
+    let pack = format!("pack {}.vls --json -q", city(500_000_000));
+    let least = needed_mib(&work.run(&format!("{pack} --memory 1MiB")));
+    let outcome = work.run(&format!("{pack} --memory {}MiB", least + 1));
+    assert_eq!(outcome.code, 0, "{outcome:?}");
+    // Two million, which alone are as much as the budget would be without them.
+    assert!(peak_bytes(&outcome) <= (least + 1) << 20 && peak_bytes(&outcome) > 110 << 20, "{outcome:?}");
+    let refused = work.run(&format!("render {}.png {PICTURE} --memory 300MiB", city(2_000_000_000)));
+    assert!(needed_mib(&refused) < 2048, "{refused:?}");
+}
+
 /// A memory control group of the first version, gone with the value.
 struct Group(PathBuf);
 

@@ -101,6 +101,8 @@ pub struct FileSize {
     pub streaming_bytes: u64,
     /// About how many triangles there are at least, each mesh counted once.
     pub triangles: u64,
+    /// Placements of meshes, where there are many.
+    pub instances: u64,
     /// Bytes of all decoded images; 0 for OBJ, whose libraries nobody has read yet.
     pub image_bytes: u64,
 }
@@ -115,7 +117,7 @@ pub fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportE
     let text = |streaming_bytes, triangle_bytes: u64| FileSize {
         streaming_bytes,
         triangles: bytes / triangle_bytes,
-        image_bytes: 0,
+        ..FileSize::default()
     };
     Ok(match format {
         SceneFormat::Ply => ply::file_size(path, options)?,

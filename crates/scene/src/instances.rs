@@ -105,6 +105,7 @@ impl Instances {
     }
 
     fn push_mesh(&mut self, placements: impl Iterator<Item = (Affine3, u32)>) {
+        self.maps.reserve(placements.size_hint().0);
         let (mesh, first) = (self.starts.len() as u32, self.maps.len());
         self.starts.push(first as u32);
         if let InstanceNames::OfMesh(names) = &mut self.names {

@@ -124,7 +124,9 @@ impl From<SceneDesc> for SceneStream {
     fn from(mut desc: SceneDesc) -> Self {
         let meshes = std::mem::take(&mut desc.meshes);
         let mut instances = std::mem::take(&mut desc.instances);
-        instances.sort_by_key(|i| i.mesh);
+        if !instances.is_sorted_by_key(|i| i.mesh) {
+            instances.sort_by_key(|i| i.mesh);
+        }
         let triangles = meshes.iter().map(|m| m.triangles.len() as u64).sum();
         let stray = instances.last().map(|i| i.mesh).filter(|&mesh| mesh as usize >= meshes.len());
         let stray =

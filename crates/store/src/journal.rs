@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! magic       8 bytes
-//! frame       length u64, CRC-32 u32, then what the journal belongs to: source and settings
+//! frame       length u64, CRC-32 u32, then runs of bytes, each behind its length u64: what the journal belongs to
 //! frames      the same, each a step that was done
 //! ```
 //!
@@ -10,12 +10,14 @@
 //! and is not believed.
 
 use std::fs::{File, OpenOptions};
-use std::io::{BufReader, Read, Seek, SeekFrom, Write};
+use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-const MAGIC: &[u8; 8] = b"vastjrn1";
+const MAGIC: &[u8; 8] = b"vastjrn2";
 /// Bytes of a frame before its contents.
 const FRAME: usize = 12;
+/// Bytes before a run.
+const LENGTH: usize = 8;
 /// Longest frame that is believed.
 const LONGEST: u64 = 1 << 36;
 
@@ -31,14 +33,14 @@ impl Journal {
     /// Opens the journal at `path`; begins a new one unless there is one of the same `fingerprint`. Whether there was.
     pub(crate) fn open(path: &Path, fingerprint: &[u8]) -> std::io::Result<(Self, bool)> {
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
-        let first = (MAGIC.len() + FRAME + fingerprint.len()) as u64;
+        let first = (MAGIC.len() + FRAME + LENGTH + fingerprint.len()) as u64;
         let mut journal = Self { file, first };
         let same = journal.belongs_to(fingerprint)?;
         if !same {
             journal.file.set_len(0)?;
             journal.file.seek(SeekFrom::Start(0))?;
             journal.file.write_all(MAGIC)?;
-            journal.append(fingerprint)?;
+            journal.append(&[fingerprint])?;
         }
         Ok((journal, same))
     }
@@ -47,7 +49,7 @@ impl Journal {
         let mut reader = BufReader::new(&self.file);
         let mut magic = [0; 8];
         let begins = reader.read_exact(&mut magic).is_ok() && &magic == MAGIC;
-        Ok(begins && read_frame(&mut reader).is_some_and(|found| found == fingerprint))
+        Ok(begins && read_frame(&mut reader).is_some_and(|found| split_runs(&found) == Some([fingerprint])))
     }
 
     /// Calls `each` with every step, as long as that returns true; steps from there on are forgotten.
@@ -65,13 +67,18 @@ impl Journal {
         self.file.seek(SeekFrom::Start(end)).map(|_| ())
     }
 
-    /// Notes a step.
-    pub(crate) fn append(&mut self, step: &[u8]) -> std::io::Result<()> {
-        let mut frame = Vec::with_capacity(FRAME + step.len());
-        frame.extend((step.len() as u64).to_le_bytes());
-        frame.extend(crc32fast::hash(step).to_le_bytes());
-        frame.extend(step);
-        self.file.write_all(&frame)
+    /// Notes a step: runs of bytes, which [`split_runs`] finds again.
+    pub(crate) fn append(&mut self, runs: &[&[u8]]) -> std::io::Result<()> {
+        let lengths: Vec<[u8; LENGTH]> = runs.iter().map(|run| (run.len() as u64).to_le_bytes()).collect();
+        let parts = || lengths.iter().zip(runs).flat_map(|(length, run)| [&length[..], run]);
+        let mut crc32 = crc32fast::Hasher::new();
+        parts().for_each(|part| crc32.update(part));
+        let length: usize = parts().map(<[u8]>::len).sum();
+        let mut file = BufWriter::with_capacity(1 << 16, &self.file);
+        file.write_all(&(length as u64).to_le_bytes())?;
+        file.write_all(&crc32.finalize().to_le_bytes())?;
+        parts().try_for_each(|part| file.write_all(part))?;
+        file.flush()
     }
 }
 
@@ -86,17 +93,7 @@ fn read_frame(reader: &mut impl Read) -> Option<Vec<u8>> {
     (bytes.len() as u64 == length && crc32fast::hash(&bytes) == crc32).then_some(bytes)
 }
 
-/// Puts runs of bytes together so that [`split_runs`] finds them again.
-pub(crate) fn join_runs<'b>(runs: impl IntoIterator<Item = &'b [u8]>) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    for run in runs {
-        bytes.extend((run.len() as u64).to_le_bytes());
-        bytes.extend(run);
-    }
-    bytes
-}
-
-/// The runs of [`join_runs`], if there are exactly `N`.
+/// The runs of a step, if there are exactly `N`.
 pub(crate) fn split_runs<const N: usize>(mut bytes: &[u8]) -> Option<[&[u8]; N]> {
     let mut runs = [&[][..]; N];
     for run in &mut runs {
@@ -128,15 +125,16 @@ mod tests {
         let path = folder.path().join("journal");
         let (mut journal, found) = Journal::open(&path, b"a scene").expect("opens");
         assert!(!found);
-        [&b"one"[..], b"", b"three"].into_iter().for_each(|step| journal.append(step).expect("writes"));
+        [&b"one"[..], b"", b"three"].into_iter().for_each(|step| journal.append(&[step]).expect("writes"));
         let whole = std::fs::read(&path).expect("reads");
-        let expected: [&[u8]; 3] = [b"one", b"", b"three"];
+        let expected = [&b"one"[..], b"", b"three"];
         for cut in 0..=whole.len() {
             std::fs::write(&path, &whole[..cut]).expect("writes");
             let (mut journal, found) = Journal::open(&path, b"a scene").expect("opens");
             let steps = steps(&mut journal);
-            assert!(steps.len() <= 3 && steps == expected[..steps.len()]);
-            assert_eq!(found, cut >= 8 + FRAME + 7);
+            let found_runs = steps.iter().map(|step| split_runs(step).expect("a run"));
+            assert!(steps.len() <= 3 && found_runs.eq(expected[..steps.len()].iter().map(|run| [*run])));
+            assert_eq!(found, cut >= 8 + FRAME + LENGTH + 7);
             assert_eq!(steps.len() == 3, cut == whole.len());
         }
         std::fs::write(&path, &whole).expect("writes");
@@ -146,8 +144,12 @@ mod tests {
 
     #[test]
     fn runs_are_found_again() {
-        let bytes = join_runs([&b"ab"[..], b"", b"cde"]);
-        assert_eq!(split_runs(&bytes), Some([&b"ab"[..], b"", b"cde"]));
+        let folder = tempfile::tempdir().expect("a folder");
+        let (mut journal, _) = Journal::open(&folder.path().join("journal"), b"").expect("opens");
+        let runs = [&b"ab"[..], b"", b"cde"];
+        journal.append(&runs).expect("writes");
+        let bytes = steps(&mut journal).remove(0);
+        assert_eq!(split_runs(&bytes), Some(runs));
         assert_eq!(split_runs::<2>(&bytes), None);
         assert_eq!(split_runs::<3>(&bytes[..bytes.len() - 1]), None);
     }

@@ -7,7 +7,7 @@ use crate::error::StoreError;
 use crate::format::{
     EntryRow, HEADER_BYTES, Header, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow, TextureRow, VERSION,
 };
-use crate::journal::{Journal, join_runs, split_runs};
+use crate::journal::{Journal, split_runs};
 use crate::lock::open_locked;
 use crate::pack::{PackedMesh, PageStrategy};
 use crate::source::SourceFile;
@@ -230,8 +230,8 @@ impl StoreWriter {
         written.map_err(|error| StoreError::write(&self.target, &error))?;
         let place = [self.noted.1, self.offset, self.joined_parts as u64];
         let tables = self.tables.behind(&self.noted.0);
-        let runs = [cast_slice(&place)].into_iter().chain(tables).chain([note]);
-        let noted = self.journal.append(&join_runs(runs));
+        let runs: Vec<&[u8]> = [cast_slice(&place)].into_iter().chain(tables).chain([note]).collect();
+        let noted = self.journal.append(&runs);
         noted.map_err(|error| StoreError::write(&self.target, &error))?;
         self.noted = (self.tables.lengths(), self.offset);
         Ok(())

@@ -13,6 +13,8 @@ const BASE_BYTES: u64 = 72 << 20;
 const TRIANGLE_BYTES: u64 = 320;
 /// What stays in memory of a triangle that is in the store: rows of directories and of the tree above pages.
 const RESIDENT_BYTES: f64 = 1.0;
+/// A placement of a mesh: its matrix, and the largest mesh's as the journal has them.
+const INSTANCE_BYTES: u64 = 56;
 /// Fewest triangles that are packed at a time.
 const LEAST_TRIANGLES: u64 = 1 << 16;
 /// Triangles are counted in these, so that small changes do not matter.
@@ -78,6 +80,11 @@ impl PackBudget {
     }
 }
 
+/// Bytes that a scene has in memory while it is packed, besides its meshes: what its import holds, and placements.
+pub(crate) fn held_bytes(size: &FileSize) -> u64 {
+    size.streaming_bytes.saturating_add(size.instances.saturating_mul(INSTANCE_BYTES))
+}
+
 /// Refuses to import files as a whole that do not fit, before they are read; `bytes` is what they take.
 ///
 /// # Errors
@@ -88,15 +95,18 @@ pub(crate) fn check_import(memory: Option<u64>, bytes: u64) -> Result<(), Error>
 
 /// Bytes of a triangle in memory, ready for rays, with what it takes to build that.
 const RENDERED_BYTES: u64 = 210;
+/// Bytes of a placement of a mesh that is read, and placed for rays.
+const RENDERED_INSTANCE_BYTES: u64 = 160;
 
 /// Refuses a scene that is too large to be rendered from memory, as far as its files say before they are read.
 ///
 /// # Errors
 /// If it does not fit into `memory` bytes (none for the default budget), or cannot be read.
 pub fn check_fits(source: &str, options: &LoadOptions, memory: Option<u64>) -> Result<(), Error> {
-    let FileSize { triangles, image_bytes, .. } = file_size(source, options)?;
-    let needed =
-        BASE_BYTES.saturating_add(image_bytes).saturating_add(triangles.saturating_mul(RENDERED_BYTES));
+    let FileSize { triangles, instances, image_bytes, .. } = file_size(source, options)?;
+    let meshes = triangles.saturating_mul(RENDERED_BYTES);
+    let placements = instances.saturating_mul(RENDERED_INSTANCE_BYTES);
+    let needed = [image_bytes, meshes, placements].into_iter().fold(BASE_BYTES, u64::saturating_add);
     let hint = "a larger --memory, --cache-dir DIR, or `vastlight pack` first";
     refuse_beyond(budget_bytes(memory), needed, "about", hint)
 }

@@ -1,15 +1,15 @@
 //! From a file name or `demo:NAME` to a scene.
 
-use crate::budget::check_import;
+use crate::budget::{check_import, held_bytes};
 use crate::manifest::{self, is_manifest};
 use crate::merge::Merged;
-use crate::open::is_store;
+use crate::open::{is_remote, is_store, without_query};
 use crate::overrides::Overrides;
 use crate::{Error, PackInput, environment};
 use std::path::{Path, PathBuf};
 use vastlight_import::{FileSize, LoadOptions as ImportOptions, Streamed};
 use vastlight_math::Affine3;
-use vastlight_scene::generate::{self, GenerateOptions};
+use vastlight_scene::generate::{self, DemoSize, GenerateOptions};
 use vastlight_scene::{Instance, Scene, SceneDesc, SceneStream};
 use vastlight_store::SourceFile;
 
@@ -77,7 +77,7 @@ pub fn pack_input(
     memory: Option<u64>,
 ) -> Result<PackInput, Error> {
     let placed = placed(sources)?;
-    let held_bytes = size_of(&placed, options)?.streaming_bytes;
+    let held_bytes = held_bytes(&size_of(&placed, options)?);
     check_import(memory, held_bytes)?;
     let streamed = streamed(&placed, options)?;
     let mut input = PackInput {
@@ -98,19 +98,33 @@ pub(crate) fn file_size(source: &str, options: &LoadOptions) -> Result<FileSize,
 
 fn size_of(placed: &[Placed], options: &LoadOptions) -> Result<FileSize, Error> {
     let mut sum = FileSize::default();
-    for file in placed {
-        let size = if file.source.starts_with("demo:") {
-            let GenerateOptions { triangles, texture_bytes, .. } = options.generate;
-            let (triangles, image_bytes) = (triangles.unwrap_or(0), texture_bytes.unwrap_or(0));
-            FileSize { streaming_bytes: DEMO_BYTES, triangles, image_bytes }
-        } else {
-            vastlight_import::file_size(Path::new(&file.source), &options.import)?
+    for Placed { source, transforms } in placed {
+        let size = match source.strip_prefix("demo:") {
+            Some(name) => demo_size(name, &options.generate)?,
+            None => vastlight_import::file_size(Path::new(source), &options.import)?,
         };
+        let instances = size.instances.saturating_mul(transforms.len() as u64);
         sum.streaming_bytes = sum.streaming_bytes.saturating_add(size.streaming_bytes);
         sum.triangles = sum.triangles.saturating_add(size.triangles);
+        sum.instances = sum.instances.saturating_add(instances);
         sum.image_bytes = sum.image_bytes.saturating_add(size.image_bytes);
     }
     Ok(sum)
+}
+
+fn demo_size(name: &str, options: &GenerateOptions) -> Result<FileSize, Error> {
+    let DemoSize { triangles, instances } = generate::size(name, options)?;
+    let image_bytes = options.texture_bytes.unwrap_or(0);
+    Ok(FileSize { streaming_bytes: DEMO_BYTES, triangles, instances, image_bytes })
+}
+
+/// Refuses what only a store may be.
+fn refuse_remote(source: &str) -> Result<(), Error> {
+    if is_remote(source) {
+        let hint = "download the file, or pack it (`vastlight pack`) and put the store (.vls) on the server";
+        return Err(Error::usage("of a server's files only stores are read", without_query(source), hint));
+    }
+    Ok(())
 }
 
 /// The files behind sources, with the places of those in manifests.
@@ -124,6 +138,7 @@ fn placed(sources: &[String]) -> Result<Vec<Placed>, Error> {
                 "name the files that it was packed from",
             ));
         }
+        refuse_remote(source)?;
         if is_manifest(source) {
             let listed = manifest::read(Path::new(source))?.into_iter();
             let file =
@@ -205,6 +220,7 @@ pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error>
     if let Some(name) = source.strip_prefix("demo:") {
         return Ok(generate::by_name(name, &options.generate)?);
     }
+    refuse_remote(source)?;
     if !is_manifest(source) {
         return Ok(vastlight_import::load(Path::new(source), &options.import)?);
     }

@@ -41,12 +41,16 @@ struct Placing {
 }
 
 impl Placing {
-    fn instances(&self, own: &[PieceInstance]) -> Vec<PieceInstance> {
+    fn instances(&self, own: Vec<PieceInstance>) -> Vec<PieceInstance> {
         let place = |transform: &Affine3, i: &PieceInstance| PieceInstance {
             world_from_object: *transform * i.world_from_object,
             name: i.name + self.names,
         };
-        self.transforms.iter().flat_map(|t| own.iter().map(move |i| place(t, i))).collect()
+        match self.transforms.as_slice() {
+            // Where they stand, since there may be many.
+            [transform] => own.into_iter().map(|i| place(transform, &i)).collect(),
+            many => many.iter().flat_map(|t| own.iter().map(move |i| place(t, i))).collect(),
+        }
     }
 
     fn parts(&self, parts: Vec<Part>) -> Vec<Part> {
@@ -57,12 +61,12 @@ impl Placing {
     }
 
     fn piece(&self, piece: Piece) -> Piece {
-        let (parts, instances) = (self.parts(piece.mesh.parts), self.instances(&piece.instances));
+        let (parts, instances) = (self.parts(piece.mesh.parts), self.instances(piece.instances));
         Piece { mesh: Mesh { parts, ..piece.mesh }, instances, ..piece }
     }
 
     fn large(&self, mesh: LargeMesh) -> LargeMesh {
-        let (parts, instances) = (self.parts(mesh.parts), self.instances(&mesh.instances));
+        let (parts, instances) = (self.parts(mesh.parts), self.instances(mesh.instances));
         LargeMesh { parts, instances, ..mesh }
     }
 }

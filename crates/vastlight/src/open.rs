@@ -4,7 +4,9 @@ use crate::load::{LoadOptions, adapt, describe};
 use crate::{Error, ErrorClass};
 use std::path::Path;
 use std::sync::Arc;
-use vastlight_paging::{FileSource, KernelCache, PageError, Source};
+use vastlight_paging::{FileSource, KernelCache, PageError, Source, SourceError};
+#[cfg(feature = "object-store")]
+use vastlight_paging::{ObjectConfig, ObjectSource};
 use vastlight_scene::{Scene, TextureUse, texture_uses};
 use vastlight_store::{Store, StoreError, StoredPages, StoredTexture};
 use vastlight_transport::{MaterialTable, PagesError};
@@ -35,27 +37,57 @@ impl From<Scene> for OpenScene {
     }
 }
 
-/// Opens a scene: a file, a store (.vls), or `demo:NAME`.
+/// Opens a scene: a file, a store (.vls), also on a server (`https://`, `http://`, `s3://`), or `demo:NAME`.
 ///
 /// # Errors
 /// If the file cannot be read or is wrong, the demo is unknown, or an override names what is not there.
 pub fn open(source: &str, options: &LoadOptions) -> Result<OpenScene, Error> {
     if is_store(source) {
-        let kernel = if options.bypass_kernel_cache { KernelCache::Bypass } else { KernelCache::Keep };
-        let file = FileSource::open(Path::new(source), kernel);
-        let file = file.map_err(|e| Error::scene(e.what, e.name, e.hint))?;
-        return open_store(Arc::new(file), options);
+        let pages = pages_of(source, options).map_err(|e| Error::scene(e.what, e.name, e.hint))?;
+        return open_store(pages, options);
     }
     let mut desc = describe(source, options)?;
     adapt(&mut desc, options)?;
     Ok(Scene::new(desc)?.into())
 }
 
+/// Where the bytes of a store are.
+fn pages_of(source: &str, options: &LoadOptions) -> Result<Arc<dyn Source>, SourceError> {
+    if is_remote(source) {
+        return remote_pages(source);
+    }
+    let kernel = if options.bypass_kernel_cache { KernelCache::Bypass } else { KernelCache::Keep };
+    Ok(Arc::new(FileSource::open(Path::new(source), kernel)?))
+}
+
+#[cfg(feature = "object-store")]
+fn remote_pages(address: &str) -> Result<Arc<dyn Source>, SourceError> {
+    Ok(Arc::new(ObjectSource::open(address, ObjectConfig::default())?))
+}
+
+#[cfg(not(feature = "object-store"))]
+fn remote_pages(address: &str) -> Result<Arc<dyn Source>, SourceError> {
+    let what = "stores on servers are not read by this program".to_owned();
+    let name = without_query(address).to_owned();
+    Err(SourceError { what, name, offset: 0, hint: "build it with `--features object-store`" })
+}
+
+/// Whether a scene is named by an address.
+pub(crate) fn is_remote(source: &str) -> bool {
+    ["https://", "http://", "s3://"].iter().any(|scheme| source.starts_with(scheme))
+}
+
+/// An address without its query, which may be a signature that messages may not show.
+pub(crate) fn without_query(address: &str) -> &str {
+    address.split('?').next().unwrap_or_default()
+}
+
 /// Whether a scene's name is that of a store.
 #[must_use]
 pub fn is_store(source: &str) -> bool {
-    !source.starts_with("demo:")
-        && Path::new(source).extension().is_some_and(|extension| extension.eq_ignore_ascii_case(STORE))
+    let path = if is_remote(source) { without_query(source) } else { source };
+    !path.starts_with("demo:")
+        && Path::new(path).extension().is_some_and(|extension| extension.eq_ignore_ascii_case(STORE))
 }
 
 /// Opens a store, wherever its bytes are.

@@ -168,17 +168,18 @@ fn place_meshes(
         });
         let name = names.number(instance_name(root, node, mesh_index), &mut desc.names);
         let place = format!("/nodes/{index}");
-        let copies =
-            node::gpu_instances(node, data, &place, findings).unwrap_or_else(|| vec![DAffine3::IDENTITY]);
-        if desc.instances.len() + copies.len() > most {
+        let copies = node::gpu_instances(node, data, &place, findings);
+        let count = copies.as_ref().map_or(1, |(count, _)| *count);
+        if desc.instances.len() + count > most {
             let what = format!("there are more than {most} instances, too many for a file of this size");
             findings.error("TOO_MANY_INSTANCES", what, &place, "");
             break;
         }
-        for node_from_object in copies {
-            let world_from_object = node::to_f32(&(world_from_mesh * node_from_object));
-            desc.instances.push(Instance { world_from_object, mesh, name });
-        }
+        let node_from_object = |i| copies.as_ref().map_or(DAffine3::IDENTITY, |(_, transform)| transform(i));
+        desc.instances.extend((0..count).map(|i| {
+            let world_from_object = node::to_f32(&(world_from_mesh * node_from_object(i)));
+            Instance { world_from_object, mesh, name }
+        }));
     }
     shapes
 }

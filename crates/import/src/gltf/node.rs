@@ -51,13 +51,13 @@ pub(super) fn to_f32(transform: &DAffine3) -> Affine3 {
     Affine3::from_mat3_translation(transform.matrix3.as_mat3(), transform.translation.as_vec3())
 }
 
-/// The transforms of EXT_mesh_gpu_instancing relative to the node; `None` if the node has none.
+/// How many copies EXT_mesh_gpu_instancing makes, and their transforms relative to the node; `None` if the node has none.
 pub(super) fn gpu_instances(
     node: &Json<'_>,
     data: &Data,
     place: &str,
     findings: &mut Findings,
-) -> Option<Vec<DAffine3>> {
+) -> Option<(usize, impl Fn(usize) -> DAffine3 + use<>)> {
     let extension = node.extension("EXT_mesh_gpu_instancing")?;
     let attributes = extension.at("attributes");
     let place = format!("{place}/extensions/EXT_mesh_gpu_instancing/attributes");
@@ -86,13 +86,13 @@ pub(super) fn gpu_instances(
     if lengths.into_iter().flatten().any(|n| n != count) {
         return error("the attributes of the instances have different counts".into(), "");
     }
-    let transform = |i: usize| {
+    let transform = move |i: usize| {
         let translation = translations.as_ref().map_or(DVec3::ZERO, |t| double3(t[i]));
         let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |r| double_quat(r[i]));
         let scale = scales.as_ref().map_or(DVec3::ONE, |s| double3(s[i]));
         DAffine3::from_scale_rotation_translation(scale, rotation, translation)
     };
-    Some((0..count).map(transform).collect())
+    Some((count, transform))
 }
 
 fn double3(v: [f32; 3]) -> DVec3 {

@@ -18,6 +18,8 @@ use vastlight_scene::{Diagnostics, Mesh, Piece, SceneError, SceneStream, read_ah
 const AHEAD: usize = 2;
 /// Bytes of a parsed document for each byte of its text.
 const TREE: u64 = 4;
+/// Bytes of a placement on its way: as the file has it, in the scene's table, and in that of its piece.
+const PLACED_BYTES: u64 = 104;
 
 /// The scene of [`super::load`], mesh by mesh.
 ///
@@ -88,13 +90,31 @@ pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, 
     let document = (text.len() as u64).saturating_mul(TREE);
     let count = |mesh| triangles(mesh, |index| accessors.get(index)?.as_ref());
     let images = image_sizes(&root, &container, path, options);
-    let parts =
-        [document, under_way, meshopt::decoded_bytes(&root), Deferral::of_large().working_bytes(&images)];
+    let placed = root.list("nodes").iter().map(|node| copies(node, &accessors));
+    let instances = placed.fold(0, u64::saturating_add);
+    let parts = [
+        document,
+        under_way,
+        meshopt::decoded_bytes(&root),
+        Deferral::of_large().working_bytes(&images),
+        instances.saturating_mul(PLACED_BYTES),
+    ];
     Ok(FileSize {
         streaming_bytes: parts.into_iter().fold(0, u64::saturating_add),
         triangles: root.list("meshes").iter().map(count).sum(),
+        instances,
         image_bytes: images.iter().fold(0, |sum, image| sum.saturating_add(image.decoded_bytes)),
     })
+}
+
+/// How often a node places its mesh.
+fn copies(node: &Json<'_>, accessors: &[Option<Accessor>]) -> u64 {
+    let Some(extension) = node.extension("EXT_mesh_gpu_instancing") else {
+        return u64::from(node.index("mesh").is_some());
+    };
+    let attributes = extension.at("attributes").members().iter().map(|(_, value)| value.integer());
+    let counts = attributes.filter_map(|index| Some(accessors.get(index?)?.as_ref()?.count as u64));
+    counts.max().unwrap_or(0)
 }
 
 /// What the headers of a document's images say.

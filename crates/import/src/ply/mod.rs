@@ -56,7 +56,7 @@ pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, 
     let header = Header::read(&mut Source::open(path, &options.limits)?)?;
     // A list of strips is in memory as it stands in the file, whose buffer doubles, and as numbers of 8 bytes.
     let streaming_bytes = if header.element("tristrips").is_some() { bytes.saturating_mul(4) } else { 0 };
-    Ok(FileSize { streaming_bytes, triangles: faces_of(&header), image_bytes: 0 })
+    Ok(FileSize { streaming_bytes, triangles: faces_of(&header), ..FileSize::default() })
 }
 
 fn faces_of(header: &Header) -> u64 {

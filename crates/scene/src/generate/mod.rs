@@ -39,11 +39,22 @@ pub struct GenerateOptions {
     pub seed: u64,
 }
 
-/// A demo: its name, whether its size and that of its textures can be chosen, and the function that makes it.
+/// How large a scene will be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DemoSize {
+    /// Triangles, each mesh counted once; 0 where that is the demo's own size and small.
+    pub triangles: u64,
+    /// Placements of meshes, where there are many.
+    pub instances: u64,
+}
+
+/// A demo: its name, whether its size and that of its textures can be chosen, how large it gets if meshes are placed more
+/// than once, and the function that makes it.
 struct Demo {
     name: &'static str,
     sizes: Option<Sizes>,
     texture_bytes: Option<Sizes>,
+    instanced: Option<fn(&GenerateOptions) -> DemoSize>,
     make: Make,
 }
 
@@ -62,43 +73,67 @@ struct Sizes {
 }
 
 const DEMOS: &[Demo] = &[
-    Demo { name: "atrium", sizes: None, texture_bytes: None, make: Make::Whole(atrium::atrium) },
+    Demo {
+        name: "atrium",
+        sizes: None,
+        texture_bytes: None,
+        instanced: None,
+        make: Make::Whole(atrium::atrium),
+    },
     Demo {
         name: "caustic-sphere",
         sizes: Some(Sizes { least: 1_000, most: 1_000_000_000 }),
         texture_bytes: None,
+        instanced: None,
         make: Make::Whole(caustic_sphere::caustic_sphere),
     },
     Demo {
         name: "city",
         sizes: Some(Sizes { least: 200_000, most: 20_000_000_000 }),
         texture_bytes: None,
+        instanced: Some(city::size),
         make: Make::Pieces(city::city),
     },
-    Demo { name: "cornell", sizes: None, texture_bytes: None, make: Make::Whole(cornell::cornell) },
+    Demo {
+        name: "cornell",
+        sizes: None,
+        texture_bytes: None,
+        instanced: None,
+        make: Make::Whole(cornell::cornell),
+    },
     Demo {
         name: "plant",
         sizes: Some(Sizes { least: 400_000, most: 1_000_000_000 }),
         texture_bytes: None,
+        instanced: None,
         make: Make::Pieces(plant::plant),
     },
     Demo {
         name: "statue",
         sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
         texture_bytes: None,
+        instanced: None,
         make: Make::Whole(statue::statue),
     },
-    Demo { name: "still-life", sizes: None, texture_bytes: None, make: Make::Whole(still_life::still_life) },
+    Demo {
+        name: "still-life",
+        sizes: None,
+        texture_bytes: None,
+        instanced: None,
+        make: Make::Whole(still_life::still_life),
+    },
     Demo {
         name: "terrain",
         sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
         texture_bytes: None,
+        instanced: None,
         make: Make::Pieces(terrain::terrain),
     },
     Demo {
         name: "textured-hall",
         sizes: None,
         texture_bytes: Some(textured_hall::TEXTURE_BYTES),
+        instanced: None,
         make: Make::Pieces(textured_hall::textured_hall),
     },
 ];
@@ -129,6 +164,15 @@ pub fn stream(name: &str, options: &GenerateOptions) -> Result<SceneStream, Scen
         Make::Whole(make) => Ok(make(options).into()),
         Make::Pieces(make) => Ok(make(options)),
     }
+}
+
+/// How large the demo scene `name` will be, without making it.
+///
+/// # Errors
+/// Those of [`by_name`].
+pub fn size(name: &str, options: &GenerateOptions) -> Result<DemoSize, SceneError> {
+    let as_wanted = DemoSize { triangles: options.triangles.unwrap_or(0), instances: 0 };
+    Ok(find(name, options)?.instanced.map_or(as_wanted, |size| size(options)))
 }
 
 /// The demo `name`, if it can be made with these options.

@@ -9,7 +9,7 @@ mod blocks;
 mod modules;
 
 use super::builder::Builder;
-use super::{GenerateOptions, textures};
+use super::{DemoSize, GenerateOptions, textures};
 use crate::{Camera, Environment, Piece, PieceInstance, SceneStream, Sky};
 use std::ops::Range;
 use vastlight_math::{Affine3, Vec3};
@@ -48,6 +48,16 @@ pub(super) fn city(options: &GenerateOptions) -> SceneStream {
         pieces.map(|(instances, mesh)| Ok(Piece { mesh, instances, ..Piece::default() })).collect::<Vec<_>>()
     });
     SceneStream { desc, pieces: Box::new(pieces), triangles: Some(unique), rows: Vec::new() }
+}
+
+/// How large the scene will be.
+pub(super) fn size(options: &GenerateOptions) -> DemoSize {
+    let mut b = Builder::default();
+    let kit = modules::Kit::new(&mut b, options.seed);
+    let triangles: Vec<u64> = b.desc.meshes.iter().map(|mesh| mesh.triangles.len() as u64).collect();
+    let unique = triangles.iter().sum();
+    let site = Site::new(kit, triangles, options.triangles.unwrap_or(USUAL)).laid_out(0..0, options.seed);
+    DemoSize { triangles: unique, instances: site.counts.iter().sum() }
 }
 
 /// Runs of meshes with at most [`AT_A_TIME`] placements, or of one mesh.
@@ -154,6 +164,7 @@ mod tests {
             }
         }
         assert!(meshes < 60 && instances > 900_000, "{meshes} {instances}");
+        assert_eq!(size(&options).instances, instances as u64);
         assert!(triangles.abs_diff(240_000_000) < 2_400_000);
         assert!(places.len() > 1_000);
     }
