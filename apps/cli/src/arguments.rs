@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::commands::{bench, diff, generate, info, pack, render, validate};
+use crate::commands::{bench, devices, diff, generate, info, pack, render, validate};
 use clap::{Args, Parser, Subcommand};
 use vastlight::{Error, ErrorClass, parse_bytes};
 
@@ -29,8 +29,7 @@ pub(crate) enum Command {
     Generate(generate::Generate),
     Pack(pack::Pack),
     Diff(diff::Diff),
-    /// List every device, and why one is not usable
-    Devices,
+    Devices(devices::Devices),
     Bench(bench::Bench),
 }
 
@@ -45,7 +44,7 @@ pub(crate) struct Common {
     /// starts; scenes larger than the budget are packed to a store first [default: 3/4 of the machine]
     #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes)]
     pub(crate) memory: Option<u64>,
-    /// Device to compute on; gpu comes with a later version
+    /// Device to compute on; see `vastlight devices`. Rendering on gpu comes with a later version, bench sort is there
     #[arg(long, global = true, value_name = "auto|cpu|gpu[:N]", default_value = "auto", value_parser = device)]
     pub(crate) device: Device,
     /// More messages
@@ -72,22 +71,33 @@ impl Common {
 pub(crate) enum Device {
     Auto,
     Cpu,
-    Gpu,
+    /// The graphics processor of this number, or the first usable one.
+    Gpu(Option<u32>),
 }
 
 fn device(text: &str) -> Result<Device, String> {
-    match text.split(':').next() {
-        Some("auto") if text == "auto" => Ok(Device::Auto),
-        Some("cpu") if text == "cpu" => Ok(Device::Cpu),
-        Some("gpu") => Ok(Device::Gpu),
-        _ => Err("known are auto, cpu and gpu".into()),
+    match text {
+        "auto" => Ok(Device::Auto),
+        "cpu" => Ok(Device::Cpu),
+        "gpu" => Ok(Device::Gpu(None)),
+        _ => {
+            let number = text.strip_prefix("gpu:").and_then(|number| number.parse().ok());
+            let number =
+                number.ok_or("known are auto, cpu, gpu and gpu:N with a number of `vastlight devices`")?;
+            Ok(Device::Gpu(Some(number)))
+        }
     }
 }
 
 impl Common {
-    /// Refuses devices that are not there.
-    pub(crate) fn check(&self) -> Result<(), Error> {
-        if self.device == Device::Gpu {
+    /// Refuses devices on which a command does not work yet.
+    pub(crate) fn check(&self, command: &Command) -> Result<(), Error> {
+        let knows_gpu = match command {
+            Command::Devices(_) => true,
+            Command::Bench(bench) => bench.knows_gpu(),
+            _ => false,
+        };
+        if matches!(self.device, Device::Gpu(_)) && !knows_gpu {
             let what = "rendering on graphics processors is not available yet";
             return Err(Error::new(ErrorClass::Device, what, "--device gpu", "use --device cpu"));
         }

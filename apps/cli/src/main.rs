@@ -33,7 +33,7 @@ fn main() -> ExitCode {
 
 /// Runs the command in a pool of the requested number of threads.
 fn run(cli: &Cli, start: Instant) -> Result<Exit, Error> {
-    cli.common.check()?;
+    cli.common.check(&cli.command)?;
     let mut pool = rayon::ThreadPoolBuilder::new();
     if let Some(threads) = cli.common.threads {
         pool = pool.num_threads(threads as usize);
@@ -46,7 +46,7 @@ fn run(cli: &Cli, start: Instant) -> Result<Exit, Error> {
         Command::Generate(arguments) => commands::generate::run(arguments, &cli.common, start),
         Command::Pack(arguments) => commands::pack::run(arguments, &cli.common, start),
         Command::Diff(arguments) => commands::diff::run(arguments),
-        Command::Devices => commands::devices::run(&cli.common),
+        Command::Devices(arguments) => commands::devices::run(arguments, &cli.common),
         Command::Bench(arguments) => commands::bench::run(arguments, &cli.common, start),
     })
 }

@@ -31,6 +31,7 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
         ("render demo:cornell -o a.png --camera nobody", 3, "no camera"),
         ("render demo:cornell -o a.png --memory 1MiB", 4, "budget"),
         ("render demo:cornell -o a.png --device gpu", 5, "cpu"),
+        ("render demo:cornell -o a.png --device gpu:x", 2, "gpu:N"),
         ("render demo:cornell -o no/such/a.png", 6, "does not exist"),
         ("render demo:cornell -o a.png --stats no/such/s.json", 6, "does not exist"),
         ("diff a.png b.png", 3, "a.png"),

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use vastlight_film::FilmError;
+use vastlight_gpu::GpuError;
 use vastlight_import::ImportError;
 use vastlight_scene::SceneError;
 
@@ -92,5 +93,11 @@ impl From<FilmError> for Error {
             }
             FilmError::Mismatch { what } => Self::scene(what, "", ""),
         }
+    }
+}
+
+impl From<GpuError> for Error {
+    fn from(e: GpuError) -> Self {
+        Self::new(ErrorClass::Device, e.to_string(), "gpu", e.hint())
     }
 }

@@ -53,6 +53,7 @@ pub use stats::{CacheCounts, Ending, PagingStats, Residency, SceneCounts, Stats}
 pub use vastlight_accel as accel;
 pub use vastlight_export as export;
 pub use vastlight_film as film;
+pub use vastlight_gpu as gpu;
 pub use vastlight_import as import;
 pub use vastlight_math as math;
 pub use vastlight_paging as paging;

@@ -32,8 +32,7 @@ pub struct SortFigures {
 pub fn sort(n: usize, repeat: u32) -> Option<Vec<SortFigures>> {
     let mut figures = Vec::new();
     for keys in KEYS {
-        let run = if keys == "runs" { RUN } else { 1 };
-        let input: Vec<Pair> = (0..n as u32).into_par_iter().map(|i| pair(random(i / run), i)).collect();
+        let input = pairs(n, keys);
         let mut spare = vec![0; n];
         let mut expected: Option<Vec<Pair>> = None;
         for algorithm in ALGORITHMS {
@@ -52,6 +51,13 @@ pub fn sort(n: usize, repeat: u32) -> Option<Vec<SortFigures>> {
         }
     }
     Some(figures)
+}
+
+/// `n` pairs to sort, with one of [`KEYS`] and their places as payloads.
+#[must_use]
+pub fn pairs(n: usize, keys: &str) -> Vec<Pair> {
+    let run = if keys == "runs" { RUN } else { 1 };
+    (0..n as u32).into_par_iter().map(|i| pair(random(i / run), i)).collect()
 }
 
 fn sort_by<'a>(algorithm: &str, pairs: &'a mut [Pair], spare: &'a mut [Pair]) -> &'a mut [Pair] {

@@ -33,12 +33,19 @@ enum What {
     Texture(Box<texture::Texture>),
 }
 
+impl Bench {
+    /// Whether the benchmark runs on graphics processors.
+    pub(crate) const fn knows_gpu(&self) -> bool {
+        matches!(self.what, What::Sort(_))
+    }
+}
+
 pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<Exit, Error> {
     match &arguments.what {
         What::Trace(arguments) => trace::run(arguments, common),
         What::Build(arguments) => build::run(arguments, common),
         What::Kdtree(arguments) => kdtree::run(arguments, common),
-        What::Sort(arguments) => sort::run(arguments),
+        What::Sort(arguments) => sort::run(arguments, common),
         What::Ooc(arguments) => ooc::run(arguments, common),
         What::Texture(arguments) => texture::run(arguments, common),
         What::Path(arguments) => path::run(arguments, common, start),

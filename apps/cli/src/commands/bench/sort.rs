@@ -1,9 +1,11 @@
 //! `vastlight bench sort`.
 
+use crate::arguments::{Common, Device};
 use crate::exit::Exit;
 use clap::Args;
 use serde_json::json;
-use vastlight::accel::sort::bench;
+use vastlight::accel::sort::{bench, key, payload, radix_sort};
+use vastlight::gpu::{self, DeviceChoice, Drivers, Executor, ExecutorConfig};
 use vastlight::{Error, ErrorClass};
 
 /// Sort 32-bit keys with payloads, as builders and ray batches do
@@ -17,10 +19,21 @@ pub(crate) struct Sort {
     repeat: u32,
 }
 
-pub(crate) fn run(arguments: &Sort) -> Result<Exit, Error> {
-    let figures = bench::sort(arguments.n as usize, arguments.repeat).ok_or_else(|| {
-        Error::new(ErrorClass::Device, "two sorts do not agree".to_owned(), "bench sort", "report this")
-    })?;
+pub(crate) fn run(arguments: &Sort, common: &Common) -> Result<Exit, Error> {
+    match common.device {
+        Device::Gpu(number) => {
+            on_gpu(arguments, number.map_or(DeviceChoice::Any, DeviceChoice::Index), common)
+        }
+        Device::Auto | Device::Cpu => on_cpu(arguments),
+    }
+}
+
+fn disagreement() -> Error {
+    Error::new(ErrorClass::Device, "two sorts do not agree", "bench sort", "report this")
+}
+
+fn on_cpu(arguments: &Sort) -> Result<Exit, Error> {
+    let figures = bench::sort(arguments.n as usize, arguments.repeat).ok_or_else(disagreement)?;
     for line in figures {
         let line = json!({
             "bench": "sort",
@@ -33,6 +46,45 @@ pub(crate) fn run(arguments: &Sort) -> Result<Exit, Error> {
             "mkeys_per_s": line.mkeys_per_s,
         });
         println!("{line}");
+    }
+    Ok(Exit::Done)
+}
+
+/// Sorts on a graphics processor, keys with payloads and keys alone, and compares with the processor's order.
+fn on_gpu(arguments: &Sort, choice: DeviceChoice, common: &Common) -> Result<Exit, Error> {
+    let device = Drivers::load().open(choice)?;
+    let mut executor = Executor::new(device, ExecutorConfig::default());
+    common.say(|| format!("adapter {}", executor.adapter().name));
+    let n = arguments.n as usize;
+    for keys in bench::KEYS {
+        let mut pairs = bench::pairs(n, keys);
+        let input: (Vec<u32>, Vec<u32>) = pairs.iter().map(|&pair| (key(pair), payload(pair))).unzip();
+        let mut spare = vec![0; n];
+        let expected = radix_sort(&mut pairs, &mut spare, u32::BITS);
+        for with_payloads in [true, false] {
+            let payloads = with_payloads.then_some(input.1.as_slice());
+            let (figures, sorted) = gpu::bench::sort(&mut executor, &input.0, payloads, arguments.repeat)?;
+            let same_keys = sorted.keys.iter().copied().eq(expected.iter().map(|&pair| key(pair)));
+            let ours = sorted.payloads.iter().copied();
+            if !same_keys || (with_payloads && !ours.eq(expected.iter().map(|&pair| payload(pair)))) {
+                return Err(disagreement());
+            }
+            let line = json!({
+                "bench": "sort",
+                "device": "gpu",
+                "adapter": executor.adapter().name,
+                "algorithm": if with_payloads { "radix" } else { "radix-keys" },
+                "keys": keys,
+                "n": n,
+                "ms": figures.ms,
+                "mkeys_per_s": n as f64 / figures.ms.max(1e-6) / 1e3,
+                "first_ms": figures.first_ms,
+                "compile_ms": figures.compile_ms,
+                "dispatches": figures.dispatches,
+                "device_bytes": executor.held_bytes(),
+            });
+            println!("{line}");
+        }
     }
     Ok(Exit::Done)
 }

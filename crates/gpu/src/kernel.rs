@@ -1,0 +1,103 @@
+//! Kernels: their WGSL, put together from shared parts, and what they expect.
+//!
+//! A line `//#include NAME` stands for the shared part of that name, which is put in once.
+
+use crate::primitives;
+
+/// A kernel: one file of `wgsl/` with one entry point, `main`.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Kernel {
+    /// The name of its file, without the ending.
+    pub name: &'static str,
+    /// Its text, before shared parts are put in.
+    pub source: &'static str,
+    /// Its parameters: binding 0, uniform.
+    pub parameters: &'static StructLayout,
+    /// How many storage buffers it sees: bindings 1, 2, ...
+    pub buffers: usize,
+}
+
+/// How a struct that both sides know lies in memory.
+#[derive(Debug, PartialEq, Eq)]
+pub struct StructLayout {
+    /// Its name in WGSL.
+    pub name: &'static str,
+    /// Its size.
+    pub bytes: usize,
+    /// Name, offset and size of each field.
+    pub fields: &'static [(&'static str, usize, usize)],
+}
+
+/// Declares a struct of u32 as it lies in memory, and its layout for the comparison with naga's.
+macro_rules! device_struct {
+    ($(#[$meta:meta])* $visibility:vis struct $name:ident as $wgsl:literal { $($(#[$doc:meta])* $field:ident),+ $(,)? }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+        $visibility struct $name { $($(#[$doc])* $visibility $field: u32,)+ }
+
+        impl $name {
+            /// As it lies in memory.
+            $visibility const LAYOUT: $crate::kernel::StructLayout = $crate::kernel::StructLayout {
+                name: $wgsl,
+                bytes: size_of::<Self>(),
+                fields: &[$((stringify!($field), core::mem::offset_of!($name, $field), 4)),+],
+            };
+        }
+    };
+}
+pub(crate) use device_struct;
+
+/// Declares a kernel from its file.
+macro_rules! kernel {
+    ($visibility:vis $constant:ident = $name:literal, $parameters:ty, $buffers:literal) => {
+        $visibility static $constant: $crate::kernel::Kernel = $crate::kernel::Kernel {
+            name: $name,
+            source: include_str!(concat!("../wgsl/", $name, ".wgsl")),
+            parameters: &<$parameters>::LAYOUT,
+            buffers: $buffers,
+        };
+    };
+}
+pub(crate) use kernel;
+
+/// Parts that several kernels share.
+const SHARED: [(&str, &str); 6] = [
+    ("group", include_str!("wgsl/shared/group.wgsl")),
+    ("group_scan", include_str!("wgsl/shared/group_scan.wgsl")),
+    ("queue", include_str!("wgsl/shared/queue.wgsl")),
+    ("radix_emit", include_str!("wgsl/shared/radix_emit.wgsl")),
+    ("radix_rank", include_str!("wgsl/shared/radix_rank.wgsl")),
+    ("select", include_str!("wgsl/shared/select.wgsl")),
+];
+
+/// Every kernel.
+#[must_use]
+pub fn all() -> Vec<&'static Kernel> {
+    primitives::KERNELS.to_vec()
+}
+
+impl Kernel {
+    /// The whole text, shared parts put in; a part that does not exist stays a comment, and what it defines is missing.
+    #[must_use]
+    pub fn wgsl(&self) -> String {
+        let (mut text, mut done) = (String::new(), Vec::new());
+        compose(self.source, &mut text, &mut done);
+        text
+    }
+}
+
+fn compose(source: &str, text: &mut String, done: &mut Vec<&'static str>) {
+    for line in source.lines() {
+        let name = line.strip_prefix("//#include ").map(str::trim);
+        if let Some((name, part)) = SHARED.iter().find(|(part, _)| Some(*part) == name) {
+            if !done.contains(name) {
+                done.push(name);
+                compose(part, text, done);
+            }
+        } else {
+            text.push_str(line);
+            text.push('\n');
+        }
+    }
+}

@@ -1,0 +1,28 @@
+// How often each digit occurs in each tile: digit by digit, tile by tile within a digit.
+//#include group
+
+struct Parameters {
+    count: u32,
+    shift: u32,
+    tiles: u32,
+}
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> keys: array<u32>;
+@group(0) @binding(2) var<storage, read_write> counts: array<u32>;
+
+var<workgroup> own: array<atomic<u32>, GROUP>;
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    atomicStore(&own[lane], 0u);
+    workgroupBarrier();
+    for (var k = 0u; k < ITEMS; k++) {
+        let i = tile.x * TILE + k * GROUP + lane;
+        if (i < parameters.count) {
+            atomicAdd(&own[(keys[i] >> parameters.shift) & 255u], 1u);
+        }
+    }
+    workgroupBarrier();
+    counts[lane * parameters.tiles + tile.x] = atomicLoad(&own[lane]);
+}

@@ -1,0 +1,7 @@
+//! Kernels, recordings and devices, on the software adapter where one is needed.
+
+mod common;
+mod devices;
+mod executor;
+mod kernels;
+mod primitives;
