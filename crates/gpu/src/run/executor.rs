@@ -21,11 +21,13 @@ pub struct ExecutorConfig {
     pub groups_per_submission: u32,
     /// Fills buffers with this before their first use, so that tests see what a kernel did not write (default: not).
     pub poison: Option<u32>,
+    /// As if the driver refused memory when so many bytes are held, for tests (default: never).
+    pub refused_bytes: u64,
 }
 
 impl Default for ExecutorConfig {
     fn default() -> Self {
-        Self { budget_bytes: u64::MAX, groups_per_submission: 1 << 14, poison: None }
+        Self { budget_bytes: u64::MAX, groups_per_submission: 1 << 14, poison: None, refused_bytes: u64::MAX }
     }
 }
 
@@ -42,7 +44,7 @@ impl Executor {
     /// Takes a device into service.
     #[must_use]
     pub fn new(device: Device, config: ExecutorConfig) -> Self {
-        let pool = Pool::new(config.budget_bytes);
+        let pool = Pool::new(config.budget_bytes, config.refused_bytes);
         Self { device, config, pool, pipelines: Pipelines::default() }
     }
 

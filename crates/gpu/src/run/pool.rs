@@ -19,16 +19,19 @@ pub(crate) struct Pool {
     next_resident: u64,
     held_bytes: u64,
     budget_bytes: u64,
+    /// As if the driver refused what is beyond.
+    refused_bytes: u64,
 }
 
 impl Pool {
-    pub(crate) const fn new(budget_bytes: u64) -> Self {
+    pub(crate) const fn new(budget_bytes: u64, refused_bytes: u64) -> Self {
         Self {
             free: BTreeMap::new(),
             resident: BTreeMap::new(),
             next_resident: 0,
             held_bytes: 0,
             budget_bytes,
+            refused_bytes,
         }
     }
 
@@ -67,10 +70,10 @@ impl Pool {
         if self.held_bytes.saturating_add(bytes) > self.budget_bytes {
             return Err(self.out_of_memory(label, bytes));
         }
-        match create_buffer(device, label, bytes) {
+        match self.ask_driver(device, label, bytes) {
             Err(Refusal::Memory) => {
                 self.trim();
-                create_buffer(device, label, bytes)
+                self.ask_driver(device, label, bytes)
             }
             other => other,
         }
@@ -79,6 +82,13 @@ impl Pool {
             Refusal::Memory => self.out_of_memory(label, bytes),
             Refusal::Other(reason) => device.check().err().unwrap_or(GpuError::Rejected { reason }),
         })
+    }
+
+    fn ask_driver(&self, device: &Device, label: &str, bytes: u64) -> Result<wgpu::Buffer, Refusal> {
+        if self.held_bytes.saturating_add(bytes) > self.refused_bytes {
+            return Err(Refusal::Memory);
+        }
+        create_buffer(device, label, bytes)
     }
 
     fn out_of_memory(&self, label: &str, wanted_bytes: u64) -> GpuError {

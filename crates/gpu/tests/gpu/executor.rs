@@ -115,6 +115,21 @@ fn memory_is_used_again_and_bounded() {
 }
 
 #[test]
+fn memory_that_the_driver_refuses_is_asked_for_again_without_what_is_unused() {
+    let config = ExecutorConfig { refused_bytes: 200_000, ..ExecutorConfig::default() };
+    let Some(mut executor) = own(config) else { return };
+    for n in [20_000, 30_000, 40_000, 20_000] {
+        let (recording, sum) = sum_of(&vec![1; n as usize]);
+        assert_eq!(executor.run(&recording).expect("fits alone").words(sum), [n]);
+        assert!(executor.held_bytes() <= 200_000);
+    }
+    let error = executor.run(&sum_of(&vec![1; 60_000]).0).expect_err("refused");
+    assert!(matches!(error, GpuError::OutOfMemory { .. }), "{error}");
+    let (recording, sum) = sum_of(&[1, 2, 3]);
+    assert_eq!(executor.run(&recording).expect("runs").words(sum), [6]);
+}
+
+#[test]
 fn more_than_the_device_allows_is_an_error_and_not_a_crash() {
     let Some(mut executor) = own(ExecutorConfig::default()) else { return };
     let error = executor.allocate("huge", u64::MAX / 2).expect_err("too large");
