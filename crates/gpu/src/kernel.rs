@@ -2,7 +2,7 @@
 //!
 //! A line `//#include NAME` stands for the shared part of that name, which is put in once.
 
-use crate::primitives;
+use crate::{primitives, trace};
 
 /// A kernel: one file of `wgsl/` with one entry point, `main`.
 #[derive(Debug, PartialEq, Eq)]
@@ -62,19 +62,21 @@ macro_rules! kernel {
 pub(crate) use kernel;
 
 /// Parts that several kernels share.
-const SHARED: [(&str, &str); 6] = [
+const SHARED: [(&str, &str); 8] = [
     ("group", include_str!("wgsl/shared/group.wgsl")),
     ("group_scan", include_str!("wgsl/shared/group_scan.wgsl")),
+    ("page", include_str!("wgsl/shared/page.wgsl")),
     ("queue", include_str!("wgsl/shared/queue.wgsl")),
     ("radix_emit", include_str!("wgsl/shared/radix_emit.wgsl")),
     ("radix_rank", include_str!("wgsl/shared/radix_rank.wgsl")),
+    ("ray", include_str!("wgsl/shared/ray.wgsl")),
     ("select", include_str!("wgsl/shared/select.wgsl")),
 ];
 
 /// Every kernel.
 #[must_use]
 pub fn all() -> Vec<&'static Kernel> {
-    primitives::KERNELS.to_vec()
+    [&primitives::KERNELS[..], &trace::KERNELS].concat()
 }
 
 impl Kernel {

@@ -20,6 +20,7 @@ pub mod limits;
 pub mod primitives;
 mod recording;
 mod run;
+pub mod trace;
 
 pub use adapters::{AdapterKind, AdapterLimits, AdapterReport};
 pub use device::{Device, DeviceChoice, Drivers};

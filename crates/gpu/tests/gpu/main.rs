@@ -5,3 +5,4 @@ mod devices;
 mod executor;
 mod kernels;
 mod primitives;
+mod trace;
