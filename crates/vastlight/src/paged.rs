@@ -4,7 +4,7 @@ use crate::memory::{budget_bytes, film_bytes, refuse_beyond, rss_bytes};
 use crate::{Error, ErrorClass, OpenScene, RenderRequest, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
-use vastlight_paging::{CacheConfig, Directory, PageCache, PolicyKind};
+use vastlight_paging::{CacheConfig, Directory, Line, PageCache, PolicyKind};
 use vastlight_store::StoredPages;
 use vastlight_trace::paged::Caches;
 use vastlight_transport::{Evaluated, PagedGeometry};
@@ -31,8 +31,6 @@ const RESERVE: usize = 8;
 const GEOMETRY_SHARE: u64 = 13;
 /// The part of all caches that tiles of textures get where not all fits.
 const TILE_SHARE: u64 = 3;
-/// Slots are multiples of this.
-const SLOT_UNIT: usize = 4096;
 
 /// How a scene in a store is paged. Nothing here changes a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -156,7 +154,7 @@ impl<'s> Kinds<'s> {
             most_batches: batches,
             policy: paging.policy,
             read_ahead: paging.read_ahead,
-            ..CacheConfig::new(batches * pages, SLOT_UNIT)
+            ..CacheConfig::new(batches * pages, Line::BYTES)
         };
         let least_tiles = most_tiles.max(LEAST_PAGES[1]) * RESERVE / (RESERVE - 1) + 1;
         let has_tiles = stored.tiles.pages() > 0;
@@ -225,7 +223,7 @@ struct Pages<'d> {
 impl<'d> Pages<'d> {
     fn new(directory: &'d Directory, config: CacheConfig) -> Self {
         let longest = directory.longest().map_or(0, |(_, entry)| entry.bytes as usize);
-        let slot_bytes = (longest + config.slack).next_multiple_of(SLOT_UNIT).max(SLOT_UNIT);
+        let slot_bytes = (longest + config.slack).next_multiple_of(Line::BYTES).max(Line::BYTES);
         Self { directory, config: CacheConfig { slot_bytes, ..config } }
     }
 

@@ -10,7 +10,7 @@ use crate::table::{Line, Table};
 pub struct CacheConfig {
     /// Pages that fit into memory at once.
     pub slots: usize,
-    /// Memory of a slot, a multiple of 4096 bytes. Every page must fit, with `slack` behind it.
+    /// Memory of a slot, a multiple of 64 bytes. Every page must fit, with `slack` behind it.
     pub slot_bytes: usize,
     /// Bytes behind each page that are readable and zero.
     pub slack: usize,
@@ -81,7 +81,7 @@ impl CacheConfig {
 
     /// Checks the sizes against the pages.
     pub(super) fn check(&self, directory: &Directory) -> Result<(), CacheError> {
-        if self.slot_bytes == 0 || !self.slot_bytes.is_multiple_of(4096) {
+        if self.slot_bytes == 0 || !self.slot_bytes.is_multiple_of(Line::BYTES) {
             return Err(CacheError::SlotBytes { slot_bytes: self.slot_bytes });
         }
         if self.most_batches == 0 || self.slots < self.most_batches {

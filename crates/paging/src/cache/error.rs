@@ -48,8 +48,8 @@ pub enum PageFault {
 /// A cache cannot be made, or gives no more batches.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CacheError {
-    /// Slots are no multiple of 4096 bytes.
-    #[error("slots of {slot_bytes} bytes (take a multiple of 4096)")]
+    /// Slots are no multiple of 64 bytes.
+    #[error("slots of {slot_bytes} bytes (take a multiple of 64)")]
     SlotBytes {
         /// What was asked for.
         slot_bytes: usize,

@@ -192,7 +192,7 @@ fn sizes_that_contradict_each_other_are_errors() {
     };
     let good = CacheConfig::new(4, 4096);
     assert_eq!(make(good), Ok(()));
-    for slot_bytes in [0, 1, 4095, 6000] {
+    for slot_bytes in [0, 1, 4095, 6004] {
         assert_eq!(make(CacheConfig { slot_bytes, ..good }), Err(CacheError::SlotBytes { slot_bytes }));
     }
     let small = CacheError::SlotTooSmall { page: 1, bytes: 4097, slot_bytes: 4096 };
