@@ -15,4 +15,4 @@ pub use policy::{Policy, PolicyKind};
 pub use source::{Fault, Faulty, FileSource, KernelCache, MemorySource, Source, SourceError, When};
 #[cfg(feature = "object-store")]
 pub use source::{ObjectConfig, ObjectSource};
-pub use table::{Buffer, Line, Table};
+pub use table::{Buffer, Edition, Line, Table};

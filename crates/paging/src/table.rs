@@ -1,6 +1,6 @@
 //! Which pages are in memory.
 
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// Memory of pages comes in cache lines.
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -39,6 +39,10 @@ pub struct Table {
     pages: usize,
 }
 
+/// A state of a [`Table`]. It keeps no page in memory.
+#[derive(Clone, Debug)]
+pub struct Edition(Weak<[Group]>);
+
 impl Table {
     /// A table of so many pages, none of them in memory.
     #[must_use]
@@ -70,6 +74,19 @@ impl Table {
             return None;
         }
         group.buffers.as_ref()?.get(index).map(|buffer| bytemuck::cast_slice(buffer))
+    }
+
+    /// What tells this table from what becomes of it.
+    #[must_use]
+    pub fn edition(&self) -> Edition {
+        Edition(Arc::downgrade(&self.groups))
+    }
+
+    /// Whether the table, or that of which it is a clone, is as it was then. A table that was changed and changed back is
+    /// another.
+    #[must_use]
+    pub fn is_of(&self, edition: &Edition) -> bool {
+        std::ptr::addr_eq(Arc::as_ptr(&self.groups), edition.0.as_ptr())
     }
 
     /// The pages that are in memory, ascending.
@@ -151,6 +168,22 @@ pub(crate) fn zeroed(bytes: usize) -> Buffer {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_edition_keeps_nothing_and_knows_changes() {
+        let mut table = Table::new(3);
+        let page = zeroed(1);
+        table.set(1, Some(page.clone()));
+        let (edition, clone) = (table.edition(), table.clone());
+        assert!(table.is_of(&edition) && clone.is_of(&edition));
+        table.set(2, Some(zeroed(1)));
+        assert!(!table.is_of(&edition) && clone.is_of(&edition));
+        drop((clone, table.set(1, None)));
+        assert_eq!(Arc::strong_count(&page), 1);
+        let edition = table.edition();
+        table.set(2, None);
+        assert!(!table.is_of(&edition), "also where nobody else had it");
+    }
 
     #[test]
     fn a_clone_keeps_what_the_original_gives_away() {

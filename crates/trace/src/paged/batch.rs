@@ -5,7 +5,7 @@ use super::{Begin, End, Found, Missing, PagedFilter, Pager, Turn};
 use crate::walk::{Answers, Batch};
 use crate::{Hit, Tracer};
 use vastlight_math::Ray;
-use vastlight_paging::Table;
+use vastlight_paging::{Edition, Table};
 
 /// Traces batches of rays through pages; keeps its memory for the next.
 #[derive(Debug, Default)]
@@ -148,6 +148,7 @@ impl PagedBatch {
         filter: Option<&dyn PagedFilter>,
     ) -> Result<(), P::Error> {
         let (numbers, all) = (std::mem::take(&mut self.numbers), self.waiting.is_empty());
+        let mut before = None;
         for (i, chunk) in numbers.chunks(TOGETHER).enumerate() {
             if i > 0 {
                 pager.fetch(&[], &[])?;
@@ -163,7 +164,8 @@ impl PagedBatch {
             }
             pager.used(&self.used.words());
             if all {
-                self.note_complete(&table, i == 0);
+                self.note_complete(&table, before.as_ref());
+                before = Some(table.edition());
             }
             self.keep_unfinished::<ANY>(chunk);
         }
@@ -231,13 +233,17 @@ impl PagedBatch {
     }
 
     /// Notes the pages that all rays so far have looked through: those that were in memory each time and left nothing
-    /// undecided.
-    fn note_complete(&mut self, table: &Table, first: bool) {
-        if first {
-            self.complete.clear(table.pages());
-            table.present().for_each(|page| self.complete.insert(page));
+    /// undecided. `before` is what was in memory the last time.
+    fn note_complete(&mut self, table: &Table, before: Option<&Edition>) {
+        match before {
+            None => {
+                self.complete.clear(table.pages());
+                table.present().for_each(|page| self.complete.insert(page));
+            }
+            Some(before) if table.is_of(before) => {}
+            Some(_) => self.complete.retain(|page| table.page(page).is_some()),
         }
-        self.complete.retain(|page| table.page(page).is_some() && !self.undecided.contains(page));
+        self.complete.remove_all(&mut self.undecided);
     }
 }
 

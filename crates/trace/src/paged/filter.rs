@@ -49,6 +49,13 @@ impl PageSet {
         }
     }
 
+    /// Leaves out the pages that `other` has too.
+    pub(super) fn remove_all(&mut self, other: &mut Self) {
+        for (word, other) in self.words.iter_mut().zip(&mut other.words) {
+            *word.get_mut() &= !*other.get_mut();
+        }
+    }
+
     /// The bits of all pages.
     pub(super) fn words(&mut self) -> Vec<u64> {
         self.words.iter_mut().map(|word| *word.get_mut()).collect()
