@@ -84,14 +84,14 @@ fn visit_top(ray: MeshRay, node: u32, t_min: f32, t_max: f32, stack: ptr<functio
     }
 }
 
-/// The lower or upper corner of a slot's box.
-fn page_corner(node: u32, side: u32, slot: u32) -> vec3<f32> {
-    let exponents = pages[node + 3u];
-    let step = vec3<f32>(power(exponents & 255u), power((exponents >> 8u) & 255u), power((exponents >> 16u) & 255u));
-    let first = vec3<f32>(bitcast<f32>(pages[node]), bitcast<f32>(pages[node + 1u]), bitcast<f32>(pages[node + 2u]));
-    let at = (node + 4u) * 4u + side * 8u + slot;
-    let planes = vec3<u32>(page_byte(at), page_byte(at + 16u), page_byte(at + 32u));
-    return first + vec3<f32>(planes) * step;
+/// The byte `i` of each word.
+fn bytes_of(words: vec3<u32>, i: u32) -> vec3<f32> {
+    return vec3<f32>((words >> vec3<u32>(i * 8u)) & vec3<u32>(255u));
+}
+
+/// Planes of four slots along all axes: the words at `at`, and those of the next axes.
+fn planes(at: u32) -> vec3<u32> {
+    return vec3<u32>(pages[at], pages[at + 4u], pages[at + 8u]);
 }
 
 fn visit_leaf(ray: MeshRay, node: u32, run: u32, t_min: f32, hit: ptr<function, Hit>) {
@@ -115,24 +115,38 @@ fn visit_leaf(ray: MeshRay, node: u32, run: u32, t_min: f32, hit: ptr<function, 
     }
 }
 
+/// What a slot of a node points to.
+fn page_child(node: u32, slot: u32) -> u32 {
+    return (pages[node + 16u + (slot >> 1u)] >> ((slot & 1u) * 16u)) & 0xffffu;
+}
+
 fn visit_page(ray: MeshRay, node: u32, t_min: f32, hit: ptr<function, Hit>, stack: ptr<function, Stack>) {
-    let used = pages[node + 3u] >> 24u;
+    let exponents = pages[node + 3u];
+    let step = vec3<f32>(power(exponents & 255u), power((exponents >> 8u) & 255u), power((exponents >> 16u) & 255u));
+    let first = vec3<f32>(bitcast<f32>(pages[node]), bitcast<f32>(pages[node + 1u]), bitcast<f32>(pages[node + 2u]));
     let leaves = pages[node + 20u] & 255u;
+    var open = exponents >> 24u;
     let bottom = (*stack).held;
-    for (var slot = 0u; slot < 8u; slot++) {
-        if (((used >> slot) & 1u) == 0u) {
-            continue;
+    for (var half = 0u; half < 2u; half++) {
+        let lower = planes(node + 4u + half);
+        let upper = planes(node + 6u + half);
+        for (var i = 0u; i < 4u; i++) {
+            let slot = half * 4u + i;
+            let range = box_range(ray, first + bytes_of(lower, i) * step, first + bytes_of(upper, i) * step);
+            let missed = max(range.x, t_min) > min(range.y, (*hit).t);
+            if (missed || ((open >> slot) & 1u) == 0u) {
+                open &= ~(1u << slot);
+            } else if (((leaves >> slot) & 1u) == 0u) {
+                open &= ~(1u << slot);
+                push(stack, bottom, (node + 1u + page_child(node, slot)) | IN_PAGE, range.x);
+            }
         }
-        let range = box_range(ray, page_corner(node, 0u, slot), page_corner(node, 1u, slot));
-        if (max(range.x, t_min) > min(range.y, (*hit).t)) {
-            continue;
-        }
-        let child = (pages[node + 16u + (slot >> 1u)] >> ((slot & 1u) * 16u)) & 0xffffu;
-        if (((leaves >> slot) & 1u) != 0u) {
-            visit_leaf(ray, node, child, t_min, hit);
-        } else {
-            push(stack, bottom, (node + 1u + child) | IN_PAGE, range.x);
-        }
+    }
+    // Leaves together, so that invocations that go side by side wait less for each other.
+    while (open != 0u) {
+        let slot = firstTrailingBit(open);
+        open &= open - 1u;
+        visit_leaf(ray, node, page_child(node, slot), t_min, hit);
     }
 }
 
