@@ -1,7 +1,7 @@
 //! Renders the pictures of docs/gallery again, from the commands that its README lists.
 
 use crate::process::{cargo, root, step};
-use image::codecs::jpeg::JpegEncoder;
+use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 use std::path::Path;
 
 const PROMPT: &str = "cargo run --release -- render ";
@@ -44,6 +44,9 @@ fn render(title: &str, arguments: &[String]) -> Result<(), String> {
 pub(crate) fn keep(picture: &Path, target: &Path) -> Result<(), String> {
     let failed = |e: &dyn std::fmt::Display| format!("{}: {e}", target.display());
     let pixels = image::open(picture).map_err(|e| format!("{}: {e}", picture.display()))?.to_rgb8();
-    let file = std::fs::File::create(target).map_err(|e| failed(&e))?;
-    JpegEncoder::new_with_quality(file, JPEG_QUALITY).encode_image(&pixels).map_err(|e| failed(&e))
+    let sides = [pixels.width(), pixels.height()].map(u16::try_from);
+    let [Ok(width), Ok(height)] = sides else { return Err(failed(&"too large a picture")) };
+    let mut encoder = Encoder::new_file(target, JPEG_QUALITY).map_err(|e| failed(&e))?;
+    encoder.set_sampling_factor(SamplingFactor::F_1_1);
+    encoder.encode(&pixels, width, height, ColorType::Rgb).map_err(|e| failed(&e))
 }

@@ -68,7 +68,9 @@ pub(super) fn rows(bytes: Box<dyn Bytes>, name: &str, limits: &Limits) -> Result
         out.append(&Texels::F32(complete.values), 0..row);
         Ok(())
     };
-    Ok(Rows { image, working_bytes, next: Box::new(next) })
+    // At most all rows wait for others.
+    let held_bytes = working_bytes.min(image.whole_bytes());
+    Ok(Rows { image, working_bytes, held_bytes, next: Box::new(next) })
 }
 
 /// Bytes of the rows that wait, which are those of a row of blocks where the file has them in order, and of a block.

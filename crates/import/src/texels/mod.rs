@@ -1,6 +1,7 @@
 //! Image files to texels: PNG, JPEG, WebP, Radiance HDR, OpenEXR, KTX2.
 
 mod exr;
+mod jpeg;
 mod png;
 mod rows;
 
@@ -29,6 +30,7 @@ pub fn decode_image(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, 
     }
     match format_of(bytes, name)? {
         ImageFormat::OpenExr => exr::decode(bytes, name, limits),
+        ImageFormat::Jpeg => jpeg::decode(bytes, name, limits),
         other => guarded(name, || decode_common(bytes, other, name, limits)),
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn rows(bytes: Box<dyn Bytes>, name: &str, limits: &Limits) -> Result
     };
     // Rows before and behind the filters, and what is unpacked ahead.
     let working_bytes = (1 << 20) + 8 * image.row_bytes();
-    Ok(Rows { image, working_bytes, next: Box::new(next) })
+    Ok(Rows { image, working_bytes, held_bytes: 0, next: Box::new(next) })
 }
 
 fn open(bytes: Box<dyn Bytes>) -> ImageResult<Reader<Box<dyn Bytes>>> {

@@ -1,7 +1,7 @@
-//! Image files row by row, so that an image may be larger than memory: PNG and OpenEXR as they are decoded; other formats, and
+//! Image files row by row, so that an image may be larger than memory: PNG, JPEG and OpenEXR as they are decoded; other formats, and
 //! interlaced PNG, are decoded whole when their first row is asked for.
 
-use super::{decode_image, exr, format_of, guarded, header_bytes, png};
+use super::{decode_image, exr, format_of, guarded, header_bytes, jpeg, png};
 use crate::blob::Blob;
 use crate::{ErrorKind, ImportError, Limits};
 use ::image::ImageFormat;
@@ -46,8 +46,10 @@ impl Deferral {
     /// What those of images of these sizes that come by rows take while each thread decodes one of them.
     pub(crate) fn working_bytes(&self, sizes: &[ImageSize]) -> u64 {
         let by_rows = sizes.iter().filter(|size| size.decoded_bytes > self.from_bytes);
-        let largest = by_rows.map(|size| size.working_bytes).max().unwrap_or(0);
-        largest.saturating_mul(rayon::current_num_threads() as u64)
+        let mut working: Vec<u64> = by_rows.map(|size| size.working_bytes).collect();
+        working.sort_unstable();
+        let largest = working.iter().rev().take(rayon::current_num_threads());
+        largest.fold(0, |sum: u64, &bytes| sum.saturating_add(bytes))
     }
 
     /// Which images of these sizes come row by row, but for those that must be `whole`.
@@ -113,6 +115,8 @@ pub(super) struct Rows {
     pub(super) image: Image,
     /// Bytes that are in memory meanwhile.
     pub(super) working_bytes: u64,
+    /// Of these, what waits for what comes later in the file.
+    pub(super) held_bytes: u64,
     /// Adds the texels of the next row.
     pub(super) next: NextTexels,
 }
@@ -210,9 +214,7 @@ impl ImageFile {
 
     fn rows(&self) -> Result<Rows, ImportError> {
         let Some(rows) = self.by_rows()? else { return self.decode().map(whole) };
-        // At most all rows wait for others.
-        let held = rows.working_bytes.min(rows.image.whole_bytes());
-        self.limits.check_count(held, self.limits.decoded_bytes, "bytes", &self.name)?;
+        self.limits.check_count(rows.held_bytes, self.limits.decoded_bytes, "bytes", &self.name)?;
         Ok(rows)
     }
 
@@ -224,6 +226,7 @@ impl ImageFile {
         let start = match format_of(&first, name) {
             Ok(ImageFormat::Png) if !png::is_interlaced(&first) => png::rows,
             Ok(ImageFormat::OpenExr) => exr::rows,
+            Ok(ImageFormat::Jpeg) => jpeg::rows,
             _ => return Ok(None),
         };
         let bytes = self.open()?;
@@ -242,7 +245,7 @@ fn whole(mut image: Image) -> Rows {
         first += row;
         Ok(())
     };
-    Rows { working_bytes: image.whole_bytes(), image, next: Box::new(next) }
+    Rows { working_bytes: image.whole_bytes(), held_bytes: 0, image, next: Box::new(next) }
 }
 
 #[cfg(test)]
@@ -279,9 +282,7 @@ mod tests {
     }
 
     fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
-        let mut bytes = Cursor::new(Vec::new());
-        image.write_to(&mut bytes, format).expect("encoded");
-        bytes.into_inner()
+        super::super::tests::encode(image.clone(), format)
     }
 
     fn pictures() -> Vec<(Vec<u8>, &'static str)> {
@@ -367,11 +368,11 @@ mod tests {
             let limits = Limits { all_images_bytes: most, ..Limits::default() };
             deferral.plan(&sizes, |i| i == whole, &limits, "test").ok()
         };
-        let threads = rayon::current_num_threads() as u64;
+        let at_once: u64 = [4 << 20, 2000, 1000].into_iter().take(rayon::current_num_threads()).sum();
         let (never, later) = (Deferral::never(), Deferral::of_large());
         assert_eq!(plan(&never, 9, 10 + (16 << 20)), Some(vec![false; 4]));
         assert_eq!(plan(&never, 9, 9 + (16 << 20)), None);
-        let most = 10 + (4 << 20) * threads;
+        let most = 10 + at_once;
         assert_eq!(plan(&later, 9, most), Some(vec![false, true, true, true]));
         assert_eq!(plan(&later, 9, most - 1), None);
         assert_eq!(plan(&later, 1, most + (4 << 20)), Some(vec![false, false, true, true]));

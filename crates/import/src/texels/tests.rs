@@ -6,7 +6,15 @@ fn decode(bytes: &[u8]) -> Result<Image, ImportError> {
     decode_image(bytes, "test", &Limits::default())
 }
 
-fn encode(image: DynamicImage, format: ImageFormat) -> Vec<u8> {
+/// An image file of a format.
+pub(super) fn encode(image: DynamicImage, format: ImageFormat) -> Vec<u8> {
+    if format == ImageFormat::Jpeg {
+        let (rgb, mut bytes) = (image.into_rgb8(), Vec::new());
+        let encoder = jpeg_encoder::Encoder::new(&mut bytes, 90);
+        let (width, height) = (rgb.width() as u16, rgb.height() as u16);
+        encoder.encode(&rgb, width, height, jpeg_encoder::ColorType::Rgb).expect("encoded");
+        return bytes;
+    }
     let mut bytes = Cursor::new(Vec::new());
     image.write_to(&mut bytes, format).expect("encoded");
     bytes.into_inner()
