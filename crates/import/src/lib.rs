@@ -90,7 +90,7 @@ pub fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportErro
             let stream = SceneStream { rows: deferral.rows, ..desc.into() };
             Ok(Streamed { files, ..stream.into() })
         }
-        SceneFormat::Stl => Ok(SceneStream::from(stl::load(path, options)?).into()),
+        SceneFormat::Stl => stl::stream(path, options),
     }
 }
 
@@ -113,18 +113,10 @@ pub struct FileSize {
 /// The file cannot be read, or is of an unknown format.
 pub fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportError> {
     let format = detect(path, &options.limits)?;
-    let bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
-    let text = |streaming_bytes, triangle_bytes: u64| FileSize {
-        streaming_bytes,
-        triangles: bytes / triangle_bytes,
-        ..FileSize::default()
-    };
     Ok(match format {
         SceneFormat::Ply => ply::file_size(path, options)?,
-        // A line of text of some 30 bytes is a vertex of 12 to 32, and tables to find it again.
-        SceneFormat::Obj => text(bytes.saturating_mul(3), 100),
-        // Facets of 50 bytes, or 250 of text, share vertices.
-        SceneFormat::Stl => text(bytes.saturating_mul(2), 250),
+        SceneFormat::Obj => obj::file_size(path)?,
+        SceneFormat::Stl => stl::file_size(path, options)?,
         SceneFormat::Gltf => gltf::file_size(path, options)?,
     })
 }

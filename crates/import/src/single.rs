@@ -1,11 +1,11 @@
 //! Scenes of one mesh, as mesh files describe them.
 
-use crate::Streamed;
+use crate::{ErrorKind, ImportError, Streamed};
 use std::path::Path;
 use vastlight_math::{Affine3, Vec3};
 use vastlight_scene::{
     ColorInput, Diagnostics, Instance, LargeMesh, Material, Mesh, PieceInstance, ReadMesh, SceneDesc,
-    SceneStream,
+    SceneError, SceneStream,
 };
 
 /// A scene with `mesh` once, named after the file.
@@ -41,4 +41,45 @@ fn scene_around(path: &Path, colored: bool, diagnostics: Diagnostics) -> SceneDe
         material.base_color = ColorInput::new(Vec3::ONE);
     }
     SceneDesc { names: vec![name], materials: vec![material], diagnostics, ..SceneDesc::default() }
+}
+
+/// Why a mesh was not read to its end.
+pub(crate) enum Stopped {
+    /// The file is wrong.
+    File(ImportError),
+    /// Who takes the mesh has no room.
+    Sink(SceneError),
+}
+
+impl Stopped {
+    /// The error of a mesh that is read into memory.
+    pub(crate) fn into_import(self) -> ImportError {
+        match self {
+            Self::File(error) => error,
+            Self::Sink(SceneError { what, place, hint }) => {
+                ImportError::new(ErrorKind::Limit, what, place).with_hint(hint)
+            }
+        }
+    }
+}
+
+impl From<ImportError> for Stopped {
+    fn from(error: ImportError) -> Self {
+        Self::File(error)
+    }
+}
+
+impl From<SceneError> for Stopped {
+    fn from(error: SceneError) -> Self {
+        Self::Sink(error)
+    }
+}
+
+impl From<Stopped> for SceneError {
+    fn from(stopped: Stopped) -> Self {
+        match stopped {
+            Stopped::File(error) => error.into(),
+            Stopped::Sink(error) => error,
+        }
+    }
 }

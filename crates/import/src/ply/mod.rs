@@ -10,8 +10,8 @@ mod vertices;
 
 use crate::polygon::Triangulator;
 use crate::scan::Source;
-use crate::single::streamed_mesh;
-use crate::{ErrorKind, FileSize, ImportError, Limits, LoadOptions, Streamed, single_mesh_scene};
+use crate::single::{Stopped, streamed_mesh};
+use crate::{FileSize, ImportError, Limits, LoadOptions, Streamed, single_mesh_scene};
 use header::{Element, Encoding, Header, Property};
 use std::io::Read;
 use std::path::Path;
@@ -75,45 +75,11 @@ fn read<R: Read>(
     diagnostics: &mut Diagnostics,
 ) -> Result<Mesh, ImportError> {
     let (mut mesh, file) = (Mesh::default(), source.file().to_owned());
-    read_into(source, file_bytes, limits, &mut mesh).map_err(|stopped| match stopped {
-        Stopped::File(error) => error,
-        Stopped::Sink(SceneError { what, place, hint }) => {
-            ImportError::new(ErrorKind::Limit, what, place).with_hint(hint)
-        }
-    })?;
+    read_into(source, file_bytes, limits, &mut mesh).map_err(Stopped::into_import)?;
     if mesh.triangles.is_empty() {
         warn_no_faces(diagnostics, &file);
     }
     Ok(mesh)
-}
-
-/// Why a mesh was not read to its end.
-enum Stopped {
-    /// The file is wrong.
-    File(ImportError),
-    /// Who takes the mesh has no room.
-    Sink(SceneError),
-}
-
-impl From<ImportError> for Stopped {
-    fn from(error: ImportError) -> Self {
-        Self::File(error)
-    }
-}
-
-impl From<SceneError> for Stopped {
-    fn from(error: SceneError) -> Self {
-        Self::Sink(error)
-    }
-}
-
-impl From<Stopped> for SceneError {
-    fn from(stopped: Stopped) -> Self {
-        match stopped {
-            Stopped::File(error) => error.into(),
-            Stopped::Sink(error) => error,
-        }
-    }
 }
 
 /// Reads a mesh block by block.

@@ -1,32 +1,38 @@
 //! Text STL: words, wherever lines end.
 
-use super::weld::Welder;
+use super::facets::Facets;
 use crate::number::parse_f32;
 use crate::scan::Source;
+use crate::single::Stopped;
 use crate::{ImportError, Limits};
 use std::io::Read;
 use vastlight_math::Vec3;
-use vastlight_scene::Mesh;
+use vastlight_scene::MeshSink;
 
-pub(super) fn read<R: Read>(mut source: Source<R>, limits: &Limits) -> Result<Mesh, ImportError> {
-    let mut welder = Welder::new();
-    let mut triangles: Vec<[u32; 3]> = Vec::new();
+pub(super) fn read<R: Read>(
+    mut source: Source<R>,
+    limits: &Limits,
+    sink: &mut dyn MeshSink,
+) -> Result<(), Stopped> {
+    let mut facets = Facets::new(source.file(), limits, None, sink);
     // The name after "solid" may be any words.
     source.line()?;
     let (mut corners, mut ended) = (Vec::new(), false);
     while let Some(word) = source.token()? {
         match word.to_ascii_lowercase().as_slice() {
             b"vertex" => {
-                let corner = Vec3::new(number(&mut source)?, number(&mut source)?, number(&mut source)?);
-                corners.push(welder.vertex(corner, 0));
+                corners.push(Vec3::new(number(&mut source)?, number(&mut source)?, number(&mut source)?));
+                if corners.len() > 3 {
+                    return Err(source.error("a facet has more than 3 vertices").into());
+                }
             }
             b"endfacet" => {
-                let Ok(triangle) = <[u32; 3]>::try_from(corners.as_slice()) else {
-                    return Err(source.error(format!("a facet has {} vertices instead of 3", corners.len())));
+                let Ok(facet) = <[Vec3; 3]>::try_from(corners.as_slice()) else {
+                    let what = format!("a facet has {} vertices instead of 3", corners.len());
+                    return Err(source.error(what).into());
                 };
-                triangles.push(triangle);
+                facets.push(facet, 0)?;
                 corners.clear();
-                limits.check_count(triangles.len() as u64, limits.triangles, "triangles", source.file())?;
             }
             b"normal" => {
                 for _ in 0..3 {
@@ -43,14 +49,14 @@ pub(super) fn read<R: Read>(mut source: Source<R>, limits: &Limits) -> Result<Me
             }
             other => {
                 let what = format!("unknown word \"{}\"", other.escape_ascii());
-                return Err(source.error(what));
+                return Err(source.error(what).into());
             }
         }
     }
     if !ended || !corners.is_empty() {
-        return Err(source.error("the file ends within a solid"));
+        return Err(source.error("the file ends within a solid").into());
     }
-    Ok(Mesh { positions: welder.positions, triangles, ..Mesh::default() })
+    facets.finish()
 }
 
 fn number<R: Read>(source: &mut Source<R>) -> Result<f32, ImportError> {

@@ -1,13 +1,14 @@
 //! Binary STL: a header of 80 bytes, a count, and 50 bytes a facet; with the two conventions for colours.
 
-use super::weld::Welder;
+use super::facets::Facets;
 use super::{FACET_BYTES, HEADER_BYTES};
 use crate::environment::linear;
 use crate::scan::Source;
+use crate::single::Stopped;
 use crate::{ImportError, Limits};
 use std::io::Read;
 use vastlight_math::{Vec3, Vec4};
-use vastlight_scene::Mesh;
+use vastlight_scene::MeshSink;
 
 /// Colours are used only where at least one facet has one.
 const NO_COLOR: u16 = 0;
@@ -59,43 +60,80 @@ impl Convention {
     }
 }
 
+/// What stands before the facets.
+struct Header {
+    convention: Convention,
+    count: u32,
+}
+
+impl Header {
+    fn read<R: Read>(source: &mut Source<R>, file_bytes: u64, limits: &Limits) -> Result<Self, ImportError> {
+        let convention = source.take(HEADER_BYTES)?.map(Convention::of);
+        let count = source.take(4)?.and_then(|b| b.first_chunk::<4>()).map(|&c| u32::from_le_bytes(c));
+        let (Some(convention), Some(count)) = (convention, count) else {
+            return Err(source.byte_error("the file is too short for an STL header"));
+        };
+        let present = file_bytes.saturating_sub(HEADER_BYTES as u64 + 4) / FACET_BYTES;
+        if u64::from(count) > present {
+            let what = format!("the header promises {count} triangles, the file has room for {present}");
+            return Err(source.byte_error(what));
+        }
+        limits.check_count(u64::from(count), limits.triangles, "triangles", source.file())?;
+        Ok(Self { convention, count })
+    }
+}
+
+/// How many facets there are, and whether any has a colour: in most files without colours that is known at the end.
+pub(super) fn survey<R: Read>(
+    mut source: Source<R>,
+    file_bytes: u64,
+    limits: &Limits,
+) -> Result<(u32, bool), ImportError> {
+    let Header { convention, count } = Header::read(&mut source, file_bytes, limits)?;
+    let mut colored = matches!(convention, Convention::Magics(_));
+    for _ in 0..count {
+        if colored {
+            break;
+        }
+        let Some(facet) = source.take(FACET_BYTES as usize)? else { break };
+        colored = tag_of(facet, convention) != NO_COLOR;
+    }
+    Ok((count, colored))
+}
+
+/// Gives a sink the mesh, with colours if it is `colored`.
 pub(super) fn read<R: Read>(
     mut source: Source<R>,
     file_bytes: u64,
     limits: &Limits,
-) -> Result<Mesh, ImportError> {
-    let header = source.take(HEADER_BYTES)?.map(Convention::of);
-    let count = source.take(4)?.and_then(|b| b.first_chunk::<4>()).map(|&c| u32::from_le_bytes(c));
-    let (Some(convention), Some(count)) = (header, count) else {
-        return Err(source.byte_error("the file is too short for an STL header"));
-    };
-    let present = file_bytes.saturating_sub(HEADER_BYTES as u64 + 4) / FACET_BYTES;
-    if u64::from(count) > present {
-        let what = format!("the header promises {count} triangles, the file has room for {present}");
-        return Err(source.byte_error(what));
-    }
-    limits.check_count(u64::from(count), limits.triangles, "triangles", source.file())?;
-    let mut welder = Welder::new();
-    let mut triangles = Vec::with_capacity(count as usize);
+    colored: bool,
+    sink: &mut dyn MeshSink,
+) -> Result<(), Stopped> {
+    let Header { convention, count } = Header::read(&mut source, file_bytes, limits)?;
+    sink.expect_triangles(count as usize);
+    let color = |tag| convention.color(tag);
+    let mut facets = Facets::new(source.file(), limits, colored.then_some(&color), sink);
     for _ in 0..count {
         let Some(facet) = source.take(FACET_BYTES as usize)? else {
-            return Err(source.byte_error("the file ends within a triangle"));
+            return Err(source.byte_error("the file ends within a triangle").into());
         };
-        triangles.push(parse_facet(facet, convention, &mut welder));
+        facets.push(corners_of(facet), tag_of(facet, convention))?;
     }
-    let colored = matches!(convention, Convention::Magics(_)) || welder.tags.iter().any(|&t| t != NO_COLOR);
-    let colors =
-        if colored { welder.tags.iter().map(|&t| convention.color(t)).collect() } else { Vec::new() };
-    Ok(Mesh { positions: welder.positions, triangles, colors, ..Mesh::default() })
+    facets.finish()
 }
 
 #[inline]
-fn parse_facet(facet: &[u8], convention: Convention, welder: &mut Welder) -> [u32; 3] {
-    let (words, rest) = facet.as_chunks::<4>();
-    let tag = rest.first_chunk::<2>().map_or(NO_COLOR, |&b| convention.normalized(u16::from_le_bytes(b)));
+fn tag_of(facet: &[u8], convention: Convention) -> u16 {
+    let (_, rest) = facet.as_chunks::<4>();
+    rest.first_chunk::<2>().map_or(NO_COLOR, |&b| convention.normalized(u16::from_le_bytes(b)))
+}
+
+#[inline]
+fn corners_of(facet: &[u8]) -> [Vec3; 3] {
+    let (words, _) = facet.as_chunks::<4>();
     // The first three numbers are the normal.
     [3, 6, 9].map(|first| {
         let [x, y, z] = [0, 1, 2].map(|i| f32::from_le_bytes(words[first + i]));
-        welder.vertex(Vec3::new(x, y, z), tag)
+        Vec3::new(x, y, z)
     })
 }

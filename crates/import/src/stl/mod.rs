@@ -1,46 +1,135 @@
-//! Stereolithography files, text and binary. Equal corners are welded; the stored normals are not used, because they
-//! say no more than the winding does.
+//! Stereolithography files, text and binary, streamed block by block to whoever takes the mesh. Equal corners are welded; the stored
+//! normals are not used, because they say no more than the winding does.
 
 mod ascii;
 mod binary;
+mod facets;
 mod weld;
 
 #[cfg(test)]
 mod tests;
 
 use crate::scan::Source;
-use crate::{ImportError, Limits, LoadOptions, single_mesh_scene};
+use crate::single::{Stopped, streamed_mesh};
+use crate::{FileSize, ImportError, Limits, LoadOptions, Streamed, single_mesh_scene};
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-use vastlight_scene::{Diagnostics, Mesh, SceneDesc};
+use vastlight_scene::{Diagnostics, Mesh, MeshSink, SceneDesc, SceneStream};
 
 const HEADER_BYTES: usize = 80;
 const FACET_BYTES: u64 = 50;
+/// Bytes of a facet in text, about.
+const TEXT_FACET_BYTES: u64 = 250;
+/// Text files of more bytes are streamed: how many facets they have is not known before.
+const MOST_TEXT_AT_ONCE: u64 = 16 << 20;
 
 /// Reads an STL file as a scene of one mesh.
 pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
-    let file_bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
-    let source = Source::open(path, &options.limits)?;
-    let mesh = read(source, file_bytes, &options.limits)?;
+    let (file, mut mesh) = (StlFile::open(path, options)?, Mesh::default());
+    let colored = file.survey()?.is_some_and(|(_, colored)| colored);
+    file.read(colored, &mut mesh).map_err(Stopped::into_import)?;
     let mut diagnostics = Diagnostics::default();
     if mesh.triangles.is_empty() {
-        diagnostics.warn("the file has no triangles", path.display().to_string(), "");
+        warn_no_triangles(&mut diagnostics, path);
     }
     Ok(single_mesh_scene(mesh, path, diagnostics))
 }
 
-/// Reads a mesh from a source of `file_bytes` bytes.
-fn read<R: Read>(mut source: Source<R>, file_bytes: u64, limits: &Limits) -> Result<Mesh, ImportError> {
+/// An STL file as a scene of one mesh that is read block by block.
+pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportError> {
+    let file = StlFile::open(path, options)?;
+    let survey = file.survey()?;
+    if survey.is_none() && file.bytes <= MOST_TEXT_AT_ONCE {
+        return Ok(SceneStream::from(load(path, options)?).into());
+    }
+    let mut diagnostics = Diagnostics::default();
+    if survey.is_some_and(|(count, _)| count == 0) {
+        warn_no_triangles(&mut diagnostics, path);
+    }
+    let colored = survey.is_some_and(|(_, colored)| colored);
+    let read = move |sink: &mut dyn MeshSink| Ok(file.read(colored, sink)?);
+    let triangles = survey.map(|(count, _)| u64::from(count));
+    Ok(streamed_mesh(path, colored, triangles, diagnostics, Box::new(read)))
+}
+
+/// What a file says of its size.
+pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportError> {
+    let file = StlFile::open(path, options)?;
+    let facet_bytes = if file.is_ascii()? { TEXT_FACET_BYTES } else { FACET_BYTES };
+    // Small files are read as a whole.
+    let streaming_bytes = weld::TABLE_BYTES.min(file.bytes.saturating_mul(2));
+    Ok(FileSize { streaming_bytes, triangles: file.bytes / facet_bytes, ..FileSize::default() })
+}
+
+fn warn_no_triangles(diagnostics: &mut Diagnostics, path: &Path) {
+    diagnostics.warn("the file has no triangles", path.display().to_string(), "");
+}
+
+/// A file that may be read several times.
+struct StlFile {
+    path: Box<Path>,
+    bytes: u64,
+    limits: Limits,
+}
+
+impl StlFile {
+    fn open(path: &Path, options: &LoadOptions) -> Result<Self, ImportError> {
+        let bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
+        Ok(Self { path: path.into(), bytes, limits: options.limits })
+    }
+
+    fn source(&self) -> Result<Source<File>, ImportError> {
+        Source::open(&self.path, &self.limits)
+    }
+
+    fn is_ascii(&self) -> Result<bool, ImportError> {
+        is_text(&mut self.source()?, self.bytes)
+    }
+
+    /// How many facets a binary file has, and whether with colours; nothing of text.
+    fn survey(&self) -> Result<Option<(u32, bool)>, ImportError> {
+        survey(self.source()?, self.bytes, &self.limits)
+    }
+
+    fn read(&self, colored: bool, sink: &mut dyn MeshSink) -> Result<(), Stopped> {
+        read(self.source()?, self.bytes, &self.limits, colored, sink)
+    }
+}
+
+fn survey<R: Read>(
+    mut source: Source<R>,
+    file_bytes: u64,
+    limits: &Limits,
+) -> Result<Option<(u32, bool)>, ImportError> {
+    if is_text(&mut source, file_bytes)? {
+        return Ok(None);
+    }
+    binary::survey(source, file_bytes, limits).map(Some)
+}
+
+/// Gives a sink the mesh from a source of `file_bytes` bytes.
+fn read<R: Read>(
+    mut source: Source<R>,
+    file_bytes: u64,
+    limits: &Limits,
+    colored: bool,
+    sink: &mut dyn MeshSink,
+) -> Result<(), Stopped> {
+    if is_text(&mut source, file_bytes)? {
+        ascii::read(source, limits, sink)
+    } else {
+        binary::read(source, file_bytes, limits, colored, sink)
+    }
+}
+
+fn is_text<R: Read>(source: &mut Source<R>, file_bytes: u64) -> Result<bool, ImportError> {
     while source.window()?.len() < 4 * HEADER_BYTES {
         if !source.fill()? {
             break;
         }
     }
-    if is_ascii(source.window()?, file_bytes) {
-        ascii::read(source, limits)
-    } else {
-        binary::read(source, file_bytes, limits)
-    }
+    Ok(is_ascii(source.window()?, file_bytes))
 }
 
 /// Text starts with "solid", but so do some binary files: those have exactly the size that their count says, or no

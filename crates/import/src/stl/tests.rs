@@ -1,10 +1,19 @@
 use super::*;
 use proptest::prelude::*;
 use vastlight_math::{Vec3, Vec4};
+use vastlight_scene::SceneError;
 
 fn parse(bytes: &[u8]) -> Result<Mesh, ImportError> {
-    let limits = Limits::default();
-    read(Source::new(bytes, "test.stl".into(), &limits), bytes.len() as u64, &limits)
+    let mut mesh = Mesh::default();
+    parse_into(bytes, &mut mesh).map_err(Stopped::into_import)?;
+    Ok(mesh)
+}
+
+fn parse_into(bytes: &[u8], sink: &mut dyn MeshSink) -> Result<(), Stopped> {
+    let (limits, length) = (Limits::default(), bytes.len() as u64);
+    let source = || Source::new(bytes, "test.stl".into(), &limits);
+    let colored = survey(source(), length, &limits)?.is_some_and(|(_, colored)| colored);
+    read(source(), length, &limits, colored, sink)
 }
 
 const ASCII: &str = "solid a name with words\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  \
@@ -91,6 +100,108 @@ fn many_vertices_are_welded() {
     assert_eq!((mesh.triangles.len(), mesh.positions.len()), (7200, 61 * 61));
     for (t, (corners, _)) in facets.iter().enumerate() {
         assert_eq!(mesh.corners(t as u32).map(|p| p.to_array()), *corners);
+    }
+}
+
+/// Keeps what comes, and how much comes at once.
+#[derive(Default)]
+struct Blocks {
+    mesh: Mesh,
+    most_vertices: usize,
+    most_triangles: usize,
+    /// Refuses triangles beyond so many.
+    room: usize,
+}
+
+impl MeshSink for Blocks {
+    fn vertices(&mut self, block: &Mesh) -> Result<(), SceneError> {
+        self.most_vertices = self.most_vertices.max(block.positions.len());
+        self.mesh.vertices(block)
+    }
+
+    fn triangles(&mut self, block: &[[u32; 3]]) -> Result<(), SceneError> {
+        self.most_triangles = self.most_triangles.max(block.len());
+        if self.mesh.triangles.len() + block.len() > self.room {
+            return Err(SceneError::new("there is no room", "a test", ""));
+        }
+        self.mesh.triangles(block)
+    }
+
+    fn position(&mut self, vertex: u32) -> Result<Vec3, SceneError> {
+        self.mesh.position(vertex)
+    }
+}
+
+/// Facets without a corner in common, and once more the first.
+fn apart(count: u32) -> Vec<([[f32; 3]; 3], u16)> {
+    let corner = |i: u32, c: u32| [i as f32, c as f32, 1.0];
+    let facet = |i: u32| ([corner(i, 0), corner(i, 1), corner(i, 2)], 0);
+    (0..count).chain([0]).map(facet).collect()
+}
+
+#[test]
+fn blocks_are_small_and_are_the_mesh() {
+    let facets = apart(weld::WINDOW as u32 / 3 + 40_000);
+    let mut blocks = Blocks { room: usize::MAX, ..Blocks::default() };
+    assert!(parse_into(&binary(b"", &facets), &mut blocks).is_ok());
+    assert!(blocks.most_vertices < weld::WINDOW + 3 && blocks.most_triangles <= 1 << 14);
+    for (t, (corners, _)) in facets.iter().enumerate() {
+        assert_eq!(blocks.mesh.corners(t as u32).map(|p| p.to_array()), *corners);
+    }
+    // The last facet is too far from the first to share its corners.
+    assert_eq!(blocks.mesh.positions.len(), 3 * facets.len());
+    let near = parse(&binary(b"", &apart(1000))).expect("well formed");
+    assert_eq!(near.positions.len(), 3000);
+}
+
+#[test]
+fn a_sink_without_room_ends_it_with_its_own_error() {
+    let mut blocks = Blocks { room: 20_000, ..Blocks::default() };
+    let stopped = parse_into(&binary(b"", &apart(50_000)), &mut blocks).expect_err("no room");
+    assert!(matches!(stopped, Stopped::Sink(error) if error.what == "there is no room"));
+    assert_eq!(blocks.mesh.triangles.len(), 1 << 14);
+}
+
+fn text(facets: &[([[f32; 3]; 3], u16)]) -> Vec<u8> {
+    let mut text = "solid a\n".to_owned();
+    for (corners, _) in facets {
+        text += "facet normal 0.0000000 0.0000000 1.0000000\n outer loop\n";
+        for [x, y, z] in corners {
+            text += &format!("  vertex {x} {y} {z}\n");
+        }
+        text += " endloop\nendfacet\n";
+    }
+    (text + "endsolid a\n").into_bytes()
+}
+
+#[test]
+fn a_streamed_file_is_the_loaded_one() {
+    let options = LoadOptions::default();
+    let colored = [(A, 0x8000 | 31 << 10), (B, 0)];
+    let long = text(&apart(130_000));
+    assert!(long.len() as u64 > MOST_TEXT_AT_ONCE);
+    let files = [
+        (binary(b"", &apart(500)), true, Some(501)),
+        (binary(b"", &colored), true, Some(2)),
+        (binary(b"", &[]), true, Some(0)),
+        (ASCII.as_bytes().to_vec(), false, None),
+        (long, true, None),
+    ];
+    let folder = tempfile::tempdir().expect("a folder");
+    for (bytes, by_blocks, triangles) in files {
+        let path = folder.path().join("part.stl");
+        std::fs::write(&path, bytes).expect("written");
+        let loaded = load(&path, &options).expect("reads");
+        let Streamed { stream, mut large, .. } = stream(&path, &options).expect("reads");
+        assert_eq!((large.len(), stream.desc.materials.clone()), (usize::from(by_blocks), loaded.materials));
+        let mesh = match large.pop() {
+            Some(mesh) => {
+                assert_eq!(mesh.triangles, triangles);
+                mesh.collect().expect("reads")
+            }
+            None => stream.collect().expect("reads").meshes.remove(0),
+        };
+        assert_eq!(mesh, loaded.meshes[0]);
     }
 }
 

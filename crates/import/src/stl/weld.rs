@@ -7,18 +7,44 @@ const EMPTY: u32 = u32::MAX;
 /// Slots that are tried for a vertex; beyond this it is no longer shared, so that no file makes this slow.
 const MAX_PROBES: usize = 64;
 
+/// Vertices that are looked through: one is shared with those that came after the last multiple of so many.
+pub(super) const WINDOW: usize = 1 << 20;
+
+/// Bytes of a full table, with what is on its way.
+pub(super) const TABLE_BYTES: u64 = 80 << 20;
+
 /// An open-addressing table over vertices.
 #[derive(Debug)]
 pub(super) struct Welder {
     slots: Vec<u32>,
-    pub(super) positions: Vec<Vec3>,
+    positions: Vec<Vec3>,
     /// A tag for each vertex (its colour); vertices with different tags stay apart.
-    pub(super) tags: Vec<u16>,
+    tags: Vec<u16>,
+    /// Vertices that were taken.
+    taken: u64,
 }
 
 impl Welder {
     pub(super) fn new() -> Self {
-        Self { slots: vec![EMPTY; 1024], positions: Vec::new(), tags: Vec::new() }
+        Self { slots: vec![EMPTY; 1024], positions: Vec::new(), tags: Vec::new(), taken: 0 }
+    }
+
+    /// Whether it is time to take the vertices.
+    #[inline]
+    pub(super) fn is_full(&self) -> bool {
+        self.positions.len() >= WINDOW
+    }
+
+    /// Number of all vertices that there were.
+    pub(super) fn vertices(&self) -> u64 {
+        self.taken + self.positions.len() as u64
+    }
+
+    /// Takes positions and tags of the vertices that were not taken yet; no vertex will be shared with them.
+    pub(super) fn take(&mut self) -> (Vec<Vec3>, Vec<u16>) {
+        self.taken += self.positions.len() as u64;
+        self.slots.fill(EMPTY);
+        (std::mem::take(&mut self.positions), std::mem::take(&mut self.tags))
     }
 
     /// The number of the vertex at `position` with `tag`.
@@ -39,12 +65,17 @@ impl Welder {
                 break;
             }
             if self.is(vertex, position, tag) {
-                return vertex;
+                return self.number(vertex);
             }
         }
         self.positions.push(position);
         self.tags.push(tag);
-        self.positions.len() as u32 - 1
+        self.number(self.positions.len() as u32 - 1)
+    }
+
+    /// The number among all of a vertex that was not taken yet.
+    fn number(&self, vertex: u32) -> u32 {
+        (self.taken as u32).wrapping_add(vertex)
     }
 
     fn is(&self, vertex: u32, position: Vec3, tag: u16) -> bool {

@@ -55,7 +55,7 @@ impl Filter {
         let last = height.saturating_sub(1);
         let near = (y * self.down[0] / self.down[1]).min(last);
         match self.kind {
-            Kind::Down | Kind::Both if y % 2 == 0 => [near, near.saturating_sub(1)],
+            Kind::Down | Kind::Both if y.is_multiple_of(2) => [near, near.saturating_sub(1)],
             Kind::Down | Kind::Both => [near, (near + 1).min(last)],
             Kind::Same | Kind::Nearest | Kind::Across => [near, near],
         }
@@ -73,7 +73,7 @@ impl Filter {
                 out.iter_mut().enumerate().for_each(|(x, out)| *out = near[(x * n / of).min(last)]);
             }
             Kind::Down => {
-                let bias = if y % 2 == 0 { 1 } else { 2 };
+                let bias = if y.is_multiple_of(2) { 1 } else { 2 };
                 out.iter_mut().enumerate().for_each(|(x, out)| *out = ((three(x) + bias) >> 2) as u8);
             }
             Kind::Across => twice_across(near.len(), near_of, [1, 2], 2, out),
