@@ -99,6 +99,8 @@ pub fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportErro
 pub struct FileSize {
     /// Bytes that [`stream`] holds at most beside images that are decoded at once.
     pub streaming_bytes: u64,
+    /// Bytes that it holds besides while images that come row by row are looked through, before the first mesh is made.
+    pub image_working_bytes: u64,
     /// About how many triangles there are at least, each mesh counted once.
     pub triangles: u64,
     /// Placements of meshes, where there are many.

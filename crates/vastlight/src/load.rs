@@ -77,8 +77,9 @@ pub fn pack_input(
     memory: Option<u64>,
 ) -> Result<PackInput, Error> {
     let placed = placed(sources)?;
-    let held_bytes = held_bytes(&size_of(&placed, options)?);
-    check_import(memory, held_bytes)?;
+    let size = size_of(&placed, options)?;
+    let held_bytes = held_bytes(&size);
+    check_import(memory, held_bytes.saturating_add(size.image_working_bytes))?;
     let streamed = streamed(&placed, options)?;
     let mut input = PackInput {
         large: streamed.large,
@@ -105,6 +106,8 @@ fn size_of(placed: &[Placed], options: &LoadOptions) -> Result<FileSize, Error> 
         };
         let instances = size.instances.saturating_mul(transforms.len() as u64);
         sum.streaming_bytes = sum.streaming_bytes.saturating_add(size.streaming_bytes);
+        // Files are opened one after the other.
+        sum.image_working_bytes = sum.image_working_bytes.max(size.image_working_bytes);
         sum.triangles = sum.triangles.saturating_add(size.triangles);
         sum.instances = sum.instances.saturating_add(instances);
         sum.image_bytes = sum.image_bytes.saturating_add(size.image_bytes);
@@ -115,7 +118,7 @@ fn size_of(placed: &[Placed], options: &LoadOptions) -> Result<FileSize, Error> 
 fn demo_size(name: &str, options: &GenerateOptions) -> Result<FileSize, Error> {
     let DemoSize { triangles, instances } = generate::size(name, options)?;
     let image_bytes = options.texture_bytes.unwrap_or(0);
-    Ok(FileSize { streaming_bytes: DEMO_BYTES, triangles, instances, image_bytes })
+    Ok(FileSize { streaming_bytes: DEMO_BYTES, triangles, instances, image_bytes, ..FileSize::default() })
 }
 
 /// Refuses what only a store may be.

@@ -92,17 +92,12 @@ pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, 
     let images = image_sizes(&root, &container, path, options);
     let placed = root.list("nodes").iter().map(|node| copies(node, &accessors));
     let instances = placed.fold(0, u64::saturating_add);
-    let parts = [
-        document,
-        under_way,
-        meshopt::decoded_bytes(&root),
-        Deferral::of_large().working_bytes(&images),
-        instances.saturating_mul(PLACED_BYTES),
-    ];
+    let parts = [document, under_way, meshopt::decoded_bytes(&root), instances.saturating_mul(PLACED_BYTES)];
     Ok(FileSize {
         streaming_bytes: parts.into_iter().fold(0, u64::saturating_add),
         triangles: root.list("meshes").iter().map(count).sum(),
         instances,
+        image_working_bytes: Deferral::of_large().working_bytes(&images),
         image_bytes: images.iter().fold(0, |sum, image| sum.saturating_add(image.decoded_bytes)),
     })
 }
