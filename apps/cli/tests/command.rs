@@ -491,7 +491,7 @@ fn a_cached_store_is_packed_anew_when_a_file_of_the_scene_changed() {
 fn pages_that_no_reader_takes_are_refused_before_work() {
     let work = Workspace::new();
     for flag in ["--page-bytes", "--tile-bytes"] {
-        let outcome = work.run(&format!("pack demo:cornell -o scene.vls {flag} 1048576 -q"));
+        let outcome = work.run(&format!("pack demo:cornell -o scene.vls {flag} 1MiB -q"));
         assert_eq!((outcome.code, outcome.stderr.lines().count()), (2, 1), "{outcome:?}");
         assert!(outcome.stderr.contains(flag) && work.files().is_empty(), "{outcome:?}");
     }

@@ -7,8 +7,8 @@ use crate::progress::ProgressKind;
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Instant;
-use vastlight::Error;
 use vastlight::store::{PackConfig, PageStrategy};
+use vastlight::{Error, parse_bytes};
 
 /// Pack a scene to a store (.vls), which is rendered within any memory budget; a pack that was stopped goes on when it is
 /// started again
@@ -36,11 +36,11 @@ pub(crate) struct Pack {
     #[arg(long, value_name = "NAME", default_value = PageStrategy::NAMES[0], value_parser = PageStrategy::NAMES)]
     strategy: String,
     /// Most bytes of a page of geometry
-    #[arg(long, value_name = "BYTES", default_value_t = PackConfig::default().page_bytes)]
-    page_bytes: usize,
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes, default_value_t = PackConfig::default().page_bytes as u64)]
+    page_bytes: u64,
     /// Most bytes of a tile of a texture
-    #[arg(long, value_name = "BYTES", default_value_t = PackConfig::default().tile_bytes)]
-    tile_bytes: usize,
+    #[arg(long, value_name = "SIZE", value_parser = parse_bytes, default_value_t = PackConfig::default().tile_bytes as u64)]
+    tile_bytes: u64,
     /// One JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -73,8 +73,8 @@ impl Pack {
             accel: self.accel.clone(),
             split_budget: Some(self.split_budget),
             strategy: PageStrategy::from_name(&self.strategy).unwrap_or_default(),
-            page_bytes: self.page_bytes,
-            tile_bytes: self.tile_bytes,
+            page_bytes: self.page_bytes as usize,
+            tile_bytes: self.tile_bytes as usize,
         }
     }
 }
