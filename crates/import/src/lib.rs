@@ -122,3 +122,35 @@ pub fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportE
         SceneFormat::Gltf => gltf::file_size(path, options)?,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn size(name: &str, bytes: &[u8]) -> FileSize {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("written");
+        file_size(&path, &LoadOptions::default()).expect("read")
+    }
+
+    #[test]
+    fn the_size_of_a_mesh_is_known_before_it_is_read() {
+        let known =
+            |streaming_bytes, triangles| FileSize { streaming_bytes, triangles, ..FileSize::default() };
+        let ply = |elements: &str| {
+            let vertices = "element vertex 0\nproperty float x\nproperty float y\nproperty float z\n";
+            let text = format!("ply\nformat ascii 1.0\n{vertices}{elements}end_header\n");
+            (size("a.ply", text.as_bytes()), text.len() as u64)
+        };
+        assert_eq!(ply("element face 7\n").0, known(0, 7));
+        let many = "element face 900000000000000000\n";
+        assert_eq!(ply(&many.repeat(21)).0, known(0, u64::MAX));
+        let (strips, bytes) = ply("element tristrips 1\n");
+        assert_eq!(strips, known(4 * bytes, 0));
+        assert_eq!(size("a.obj", &[b'#'; 1000]), known(3000, 10));
+        assert_eq!(size("a.stl", &[0; 84 + 50 * 9]), known(2 * (84 + 50 * 9), 10));
+        let text = [b"solid a\nfacet ".as_slice(), &vec![b' '; 41 << 20]].concat();
+        assert_eq!(size("a.stl", &text), known(80 << 20, text.len() as u64 / 250));
+    }
+}

@@ -83,3 +83,34 @@ impl From<Stopped> for SceneError {
         }
     }
 }
+
+/// For tests: keeps what comes, and how much comes at once.
+#[cfg(test)]
+#[derive(Default)]
+pub(crate) struct Blocks {
+    pub(crate) mesh: Mesh,
+    pub(crate) most_vertices: usize,
+    pub(crate) most_triangles: usize,
+    /// Refuses triangles beyond so many.
+    pub(crate) room: usize,
+}
+
+#[cfg(test)]
+impl vastlight_scene::MeshSink for Blocks {
+    fn vertices(&mut self, block: &Mesh) -> Result<(), SceneError> {
+        self.most_vertices = self.most_vertices.max(block.positions.len());
+        self.mesh.vertices(block)
+    }
+
+    fn triangles(&mut self, block: &[[u32; 3]]) -> Result<(), SceneError> {
+        self.most_triangles = self.most_triangles.max(block.len());
+        if self.mesh.triangles.len() + block.len() > self.room {
+            return Err(SceneError::new("there is no room", "a test", ""));
+        }
+        self.mesh.triangles(block)
+    }
+
+    fn position(&mut self, vertex: u32) -> Result<Vec3, SceneError> {
+        self.mesh.position(vertex)
+    }
+}

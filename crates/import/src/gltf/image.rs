@@ -28,7 +28,7 @@ pub(super) fn load_all(
         Ok(later) => later,
         Err(error) => {
             findings.error("IMAGES_TOO_LARGE", error.what, &error.place, &error.hint);
-            return list.iter().enumerate().map(|(i, json)| (placeholder(json, i), None)).collect();
+            return list.iter().enumerate().map(|(i, json)| (magenta(json, i), None)).collect();
         }
     };
     let decoded: Vec<(Loaded, Findings)> = list
@@ -38,7 +38,7 @@ pub(super) fn load_all(
         .map(|(i, (json, &later))| {
             let mut findings = Findings::default();
             let image = source.decode(json, i, later, &mut findings);
-            (image.unwrap_or_else(|| (placeholder(json, i), None)), findings)
+            (image.unwrap_or_else(|| (magenta(json, i), None)), findings)
         })
         .collect();
     let mut images = Vec::new();
@@ -119,8 +119,8 @@ fn name_of(json: &Json<'_>, index: usize) -> String {
     name.or(uri).map_or_else(|| format!("image {index}"), str::to_owned)
 }
 
-/// One magenta texel.
-fn placeholder(json: &Json<'_>, index: usize) -> Image {
+/// One magenta texel, which stands for an image that cannot be shown.
+fn magenta(json: &Json<'_>, index: usize) -> Image {
     let texels = Texels::U8(vec![255, 0, 255]);
     Image { name: name_of(json, index), width: 1, height: 1, channels: 3, texels }
 }

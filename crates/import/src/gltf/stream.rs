@@ -38,7 +38,7 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     };
     findings.report(&place, &mut desc.diagnostics);
     let count = |shape: &Shape| triangles(&context.meshes[shape.mesh], |index| context.data.accessor(index));
-    let triangles = shapes.iter().map(count).sum();
+    let triangles = shapes.iter().map(count).fold(0, u64::saturating_add);
     desc.meshes = vec![Mesh::default(); shapes.len()];
     let SceneStream { desc, pieces: placements, .. } = desc.into();
     let make = move |(shape, placed): (Shape, Result<Piece, SceneError>)| {
@@ -66,7 +66,7 @@ fn triangles<'a>(mesh: &Json<'_>, accessor: impl Fn(usize) -> Option<&'a Accesso
             Mode::NoSurface(_) => 0,
         }
     };
-    mesh.list("primitives").iter().map(of_primitive).sum()
+    mesh.list("primitives").iter().map(of_primitive).fold(0, u64::saturating_add)
 }
 
 /// What a file's text says of its size: [`stream`] holds the document, what is decompressed as a whole, and the meshes
@@ -95,7 +95,7 @@ pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, 
     let parts = [document, under_way, meshopt::decoded_bytes(&root), instances.saturating_mul(PLACED_BYTES)];
     Ok(FileSize {
         streaming_bytes: parts.into_iter().fold(0, u64::saturating_add),
-        triangles: root.list("meshes").iter().map(count).sum(),
+        triangles: root.list("meshes").iter().map(count).fold(0, u64::saturating_add),
         instances,
         image_working_bytes: Deferral::of_large().working_bytes(&images),
         image_bytes: images.iter().fold(0, |sum, image| sum.saturating_add(image.decoded_bytes)),

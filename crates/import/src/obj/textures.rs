@@ -2,7 +2,7 @@
 
 use super::mtl::Map;
 use crate::Limits;
-use crate::texels::{Deferral, ImageBytes, ImageFile, ImageSize};
+use crate::texels::{Deferral, ImageBytes, ImageFile, ImageSize, at_once_bytes};
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -47,8 +47,7 @@ impl Images {
             paths.clear();
             Vec::new()
         });
-        let at_once = sizes.iter().zip(&later).filter(|(_, later)| !**later);
-        let total = at_once.fold(0, |sum: u64, (size, _)| sum.saturating_add(size.decoded_bytes));
+        let left_bytes = limits.all_images_bytes.saturating_sub(at_once_bytes(&sizes, &later));
         let decode = |(path, &later): (&PathBuf, &bool)| image_file(path, limits).load(later);
         let decoded: Vec<_> = paths.par_iter().zip(&later).map(decode).collect();
         let mut numbers = HashMap::new();
@@ -63,7 +62,6 @@ impl Images {
             };
             numbers.insert(path, number);
         }
-        let left_bytes = limits.all_images_bytes.saturating_sub(total);
         Self { numbers, from_bump: HashMap::new(), left_bytes }
     }
 

@@ -60,7 +60,8 @@ pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, 
 }
 
 fn faces_of(header: &Header) -> u64 {
-    header.elements.iter().filter(|e| e.name == "face").map(|e| e.count).sum()
+    let faces = header.elements.iter().filter(|e| e.name == "face");
+    faces.fold(0, |sum: u64, element| sum.saturating_add(element.count))
 }
 
 fn warn_no_faces(diagnostics: &mut Diagnostics, file: &str) {

@@ -1,4 +1,5 @@
 use super::*;
+use crate::single::Blocks;
 use proptest::prelude::*;
 use vastlight_math::{Vec2, Vec4};
 
@@ -106,6 +107,26 @@ fn triangle_strips() {
                 element tristrips 1\nproperty list int int vertex_indices\nend_header\n\
                 0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 0 1 2 3 -1 3 2 1\n";
     assert_eq!(mesh(text.as_bytes()).triangles, [[0, 1, 2], [2, 1, 3], [3, 2, 1]]);
+}
+
+/// A file often has one list of all strips.
+#[test]
+fn a_long_list_of_strips_comes_in_blocks() {
+    let count = 3 * BLOCK_TRIANGLES;
+    let mut text =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                    element tristrips 1\nproperty list int int vertex_indices\nend_header\n\
+                    0 0 0\n1 0 0\n0 1 0\n"
+            .to_owned();
+    text += &(count + 2).to_string();
+    (0..count + 2).for_each(|i| text += [" 0", " 1", " 2"][i % 3]);
+    let (mut blocks, limits) = (Blocks { room: usize::MAX, ..Blocks::default() }, Limits::default());
+    let source = Source::new(text.as_bytes(), "test.ply".into(), &limits);
+    assert!(read_into(source, text.len() as u64, &limits, &mut blocks).is_ok());
+    assert_eq!((blocks.mesh.triangles.len(), blocks.most_triangles), (count, BLOCK_TRIANGLES));
+    let few = Limits { triangles: count as u64 - 1, ..limits };
+    let source = Source::new(text.as_bytes(), "test.ply".into(), &few);
+    assert!(read_into(source, text.len() as u64, &few, &mut blocks).is_err());
 }
 
 #[test]

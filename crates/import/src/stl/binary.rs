@@ -1,11 +1,10 @@
 //! Binary STL: a header of 80 bytes, a count, and 50 bytes a facet; with the two conventions for colours.
 
 use super::facets::Facets;
-use super::{FACET_BYTES, HEADER_BYTES};
+use super::{FACET_BYTES, HEADER_BYTES, Reader};
+use crate::ImportError;
 use crate::environment::linear;
-use crate::scan::Source;
 use crate::single::Stopped;
-use crate::{ImportError, Limits};
 use std::io::Read;
 use vastlight_math::{Vec3, Vec4};
 use vastlight_scene::MeshSink;
@@ -67,7 +66,8 @@ struct Header {
 }
 
 impl Header {
-    fn read<R: Read>(source: &mut Source<R>, file_bytes: u64, limits: &Limits) -> Result<Self, ImportError> {
+    fn read<R: Read>(reader: &mut Reader<'_, R>) -> Result<Self, ImportError> {
+        let Reader { source, file_bytes, limits } = reader;
         let convention = source.take(HEADER_BYTES)?.map(Convention::of);
         let count = source.take(4)?.and_then(|b| b.first_chunk::<4>()).map(|&c| u32::from_le_bytes(c));
         let (Some(convention), Some(count)) = (convention, count) else {
@@ -84,18 +84,14 @@ impl Header {
 }
 
 /// How many facets there are, and whether any has a colour: in most files without colours that is known at the end.
-pub(super) fn survey<R: Read>(
-    mut source: Source<R>,
-    file_bytes: u64,
-    limits: &Limits,
-) -> Result<(u32, bool), ImportError> {
-    let Header { convention, count } = Header::read(&mut source, file_bytes, limits)?;
+pub(super) fn survey<R: Read>(mut reader: Reader<'_, R>) -> Result<(u32, bool), ImportError> {
+    let Header { convention, count } = Header::read(&mut reader)?;
     let mut colored = matches!(convention, Convention::Magics(_));
     for _ in 0..count {
         if colored {
             break;
         }
-        let Some(facet) = source.take(FACET_BYTES as usize)? else { break };
+        let Some(facet) = reader.source.take(FACET_BYTES as usize)? else { break };
         colored = tag_of(facet, convention) != NO_COLOR;
     }
     Ok((count, colored))
@@ -103,13 +99,12 @@ pub(super) fn survey<R: Read>(
 
 /// Gives a sink the mesh, with colours if it is `colored`.
 pub(super) fn read<R: Read>(
-    mut source: Source<R>,
-    file_bytes: u64,
-    limits: &Limits,
+    mut reader: Reader<'_, R>,
     colored: bool,
     sink: &mut dyn MeshSink,
 ) -> Result<(), Stopped> {
-    let Header { convention, count } = Header::read(&mut source, file_bytes, limits)?;
+    let Header { convention, count } = Header::read(&mut reader)?;
+    let Reader { mut source, limits, .. } = reader;
     sink.expect_triangles(count as usize);
     let color = |tag| convention.color(tag);
     let mut facets = Facets::new(source.file(), limits, colored.then_some(&color), sink);

@@ -60,8 +60,8 @@ impl<'a> Facets<'a> {
     }
 
     fn give_vertices(&mut self) -> Result<(), Stopped> {
-        let vertices = self.welder.vertices();
-        self.limits.check_count(vertices, self.limits.vertices, "vertices", &self.file)?;
+        let most = self.limits.vertices.min(u64::from(u32::MAX));
+        self.limits.check_count(self.welder.vertices(), most, "vertices", &self.file)?;
         let (positions, tags) = self.welder.take();
         let colors = self.color.map_or_else(Vec::new, |color| tags.iter().map(|&tag| color(tag)).collect());
         Ok(self.sink.vertices(&Mesh { positions, colors, ..Mesh::default() })?)

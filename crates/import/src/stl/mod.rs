@@ -27,8 +27,8 @@ const MOST_TEXT_AT_ONCE: u64 = 16 << 20;
 /// Reads an STL file as a scene of one mesh.
 pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
     let (file, mut mesh) = (StlFile::open(path, options)?, Mesh::default());
-    let colored = file.survey()?.is_some_and(|(_, colored)| colored);
-    file.read(colored, &mut mesh).map_err(Stopped::into_import)?;
+    let colored = file.reader()?.survey()?.is_some_and(|(_, colored)| colored);
+    file.reader()?.read(colored, &mut mesh).map_err(Stopped::into_import)?;
     let mut diagnostics = Diagnostics::default();
     if mesh.triangles.is_empty() {
         warn_no_triangles(&mut diagnostics, path);
@@ -39,7 +39,7 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, Impo
 /// An STL file as a scene of one mesh that is read block by block.
 pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportError> {
     let file = StlFile::open(path, options)?;
-    let survey = file.survey()?;
+    let survey = file.reader()?.survey()?;
     if survey.is_none() && file.bytes <= MOST_TEXT_AT_ONCE {
         return Ok(SceneStream::from(load(path, options)?).into());
     }
@@ -48,7 +48,7 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
         warn_no_triangles(&mut diagnostics, path);
     }
     let colored = survey.is_some_and(|(_, colored)| colored);
-    let read = move |sink: &mut dyn MeshSink| Ok(file.read(colored, sink)?);
+    let read = move |sink: &mut dyn MeshSink| Ok(file.reader()?.read(colored, sink)?);
     let triangles = survey.map(|(count, _)| u64::from(count));
     Ok(streamed_mesh(path, colored, triangles, diagnostics, Box::new(read)))
 }
@@ -56,7 +56,7 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
 /// What a file says of its size.
 pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportError> {
     let file = StlFile::open(path, options)?;
-    let facet_bytes = if file.is_ascii()? { TEXT_FACET_BYTES } else { FACET_BYTES };
+    let facet_bytes = if file.reader()?.is_text()? { TEXT_FACET_BYTES } else { FACET_BYTES };
     // Small files are read as a whole.
     let streaming_bytes = weld::TABLE_BYTES.min(file.bytes.saturating_mul(2));
     Ok(FileSize { streaming_bytes, triangles: file.bytes / facet_bytes, ..FileSize::default() })
@@ -79,57 +79,42 @@ impl StlFile {
         Ok(Self { path: path.into(), bytes, limits: options.limits })
     }
 
-    fn source(&self) -> Result<Source<File>, ImportError> {
-        Source::open(&self.path, &self.limits)
+    fn reader(&self) -> Result<Reader<'_, File>, ImportError> {
+        let source = Source::open(&self.path, &self.limits)?;
+        Ok(Reader { source, file_bytes: self.bytes, limits: &self.limits })
     }
+}
 
-    fn is_ascii(&self) -> Result<bool, ImportError> {
-        is_text(&mut self.source()?, self.bytes)
-    }
+/// Reads a file of so many bytes from its start.
+struct Reader<'a, R> {
+    source: Source<R>,
+    file_bytes: u64,
+    limits: &'a Limits,
+}
 
+impl<R: Read> Reader<'_, R> {
     /// How many facets a binary file has, and whether with colours; nothing of text.
-    fn survey(&self) -> Result<Option<(u32, bool)>, ImportError> {
-        survey(self.source()?, self.bytes, &self.limits)
+    fn survey(mut self) -> Result<Option<(u32, bool)>, ImportError> {
+        if self.is_text()? { Ok(None) } else { binary::survey(self).map(Some) }
     }
 
-    fn read(&self, colored: bool, sink: &mut dyn MeshSink) -> Result<(), Stopped> {
-        read(self.source()?, self.bytes, &self.limits, colored, sink)
-    }
-}
-
-fn survey<R: Read>(
-    mut source: Source<R>,
-    file_bytes: u64,
-    limits: &Limits,
-) -> Result<Option<(u32, bool)>, ImportError> {
-    if is_text(&mut source, file_bytes)? {
-        return Ok(None);
-    }
-    binary::survey(source, file_bytes, limits).map(Some)
-}
-
-/// Gives a sink the mesh from a source of `file_bytes` bytes.
-fn read<R: Read>(
-    mut source: Source<R>,
-    file_bytes: u64,
-    limits: &Limits,
-    colored: bool,
-    sink: &mut dyn MeshSink,
-) -> Result<(), Stopped> {
-    if is_text(&mut source, file_bytes)? {
-        ascii::read(source, limits, sink)
-    } else {
-        binary::read(source, file_bytes, limits, colored, sink)
-    }
-}
-
-fn is_text<R: Read>(source: &mut Source<R>, file_bytes: u64) -> Result<bool, ImportError> {
-    while source.window()?.len() < 4 * HEADER_BYTES {
-        if !source.fill()? {
-            break;
+    /// Gives a sink the mesh.
+    fn read(mut self, colored: bool, sink: &mut dyn MeshSink) -> Result<(), Stopped> {
+        if self.is_text()? {
+            ascii::read(self.source, self.limits, sink)
+        } else {
+            binary::read(self, colored, sink)
         }
     }
-    Ok(is_ascii(source.window()?, file_bytes))
+
+    fn is_text(&mut self) -> Result<bool, ImportError> {
+        while self.source.window()?.len() < 4 * HEADER_BYTES {
+            if !self.source.fill()? {
+                break;
+            }
+        }
+        Ok(is_ascii(self.source.window()?, self.file_bytes))
+    }
 }
 
 /// Text starts with "solid", but so do some binary files: those have exactly the size that their count says, or no

@@ -1,7 +1,7 @@
 use super::*;
+use crate::single::Blocks;
 use proptest::prelude::*;
 use vastlight_math::{Vec3, Vec4};
-use vastlight_scene::SceneError;
 
 fn parse(bytes: &[u8]) -> Result<Mesh, ImportError> {
     let mut mesh = Mesh::default();
@@ -10,10 +10,11 @@ fn parse(bytes: &[u8]) -> Result<Mesh, ImportError> {
 }
 
 fn parse_into(bytes: &[u8], sink: &mut dyn MeshSink) -> Result<(), Stopped> {
-    let (limits, length) = (Limits::default(), bytes.len() as u64);
+    let (limits, file_bytes) = (Limits::default(), bytes.len() as u64);
     let source = || Source::new(bytes, "test.stl".into(), &limits);
-    let colored = survey(source(), length, &limits)?.is_some_and(|(_, colored)| colored);
-    read(source(), length, &limits, colored, sink)
+    let reader = || Reader { source: source(), file_bytes, limits: &limits };
+    let colored = reader().survey()?.is_some_and(|(_, colored)| colored);
+    reader().read(colored, sink)
 }
 
 const ASCII: &str = "solid a name with words\nfacet normal 0 0 1\n outer loop\n  vertex 0 0 0\n  vertex 1 0 0\n  \
@@ -100,35 +101,6 @@ fn many_vertices_are_welded() {
     assert_eq!((mesh.triangles.len(), mesh.positions.len()), (7200, 61 * 61));
     for (t, (corners, _)) in facets.iter().enumerate() {
         assert_eq!(mesh.corners(t as u32).map(|p| p.to_array()), *corners);
-    }
-}
-
-/// Keeps what comes, and how much comes at once.
-#[derive(Default)]
-struct Blocks {
-    mesh: Mesh,
-    most_vertices: usize,
-    most_triangles: usize,
-    /// Refuses triangles beyond so many.
-    room: usize,
-}
-
-impl MeshSink for Blocks {
-    fn vertices(&mut self, block: &Mesh) -> Result<(), SceneError> {
-        self.most_vertices = self.most_vertices.max(block.positions.len());
-        self.mesh.vertices(block)
-    }
-
-    fn triangles(&mut self, block: &[[u32; 3]]) -> Result<(), SceneError> {
-        self.most_triangles = self.most_triangles.max(block.len());
-        if self.mesh.triangles.len() + block.len() > self.room {
-            return Err(SceneError::new("there is no room", "a test", ""));
-        }
-        self.mesh.triangles(block)
-    }
-
-    fn position(&mut self, vertex: u32) -> Result<Vec3, SceneError> {
-        self.mesh.position(vertex)
     }
 }
 

@@ -14,7 +14,7 @@ use ::image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 use std::io::{BufRead, Cursor, Read, Seek};
 use vastlight_scene::{Image, Texels};
 
-pub(crate) use rows::{Deferral, ImageBytes, ImageFile, ImageSize, Loaded};
+pub(crate) use rows::{Deferral, ImageBytes, ImageFile, ImageSize, Loaded, at_once_bytes};
 
 /// Decodes an image file in memory; the format is found from its first bytes. `name` goes into the image and into
 /// messages.

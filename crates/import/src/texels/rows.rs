@@ -65,11 +65,15 @@ impl Deferral {
     ) -> Result<Vec<bool>, ImportError> {
         let later = |(i, size): (usize, &ImageSize)| size.decoded_bytes > self.from_bytes && !whole(i);
         let later: Vec<bool> = sizes.iter().enumerate().map(later).collect();
-        let at_once =
-            sizes.iter().zip(&later).filter(|(_, later)| !**later).map(|(size, _)| size.decoded_bytes);
-        let total = at_once.fold(self.working_bytes(sizes), u64::saturating_add);
+        let total = at_once_bytes(sizes, &later).saturating_add(self.working_bytes(sizes));
         limits.check_all_images(total, place).map(|()| later)
     }
+}
+
+/// Bytes of the images of these sizes that do not come `later`.
+pub(crate) fn at_once_bytes(sizes: &[ImageSize], later: &[bool]) -> u64 {
+    let at_once = sizes.iter().zip(later).filter(|(_, later)| !**later);
+    at_once.fold(0, |sum: u64, (size, _)| sum.saturating_add(size.decoded_bytes))
 }
 
 /// Bytes that can be read from anywhere.
@@ -172,10 +176,11 @@ impl ImageFile {
     }
 
     fn known_size(&self) -> Result<ImageSize, ImportError> {
-        if let Some(Rows { image, working_bytes, .. }) = self.by_rows()? {
+        let first = self.first_bytes()?;
+        if let Some(Rows { image, working_bytes, .. }) = self.by_rows(&first)? {
             return Ok(ImageSize { decoded_bytes: image.whole_bytes(), working_bytes });
         }
-        let decoded_bytes = header_bytes(&self.first_bytes()?, || self.open(), &self.name)?;
+        let decoded_bytes = header_bytes(&first, || self.open(), &self.name)?;
         Ok(ImageSize { decoded_bytes, working_bytes: decoded_bytes })
     }
 
@@ -213,18 +218,18 @@ impl ImageFile {
     }
 
     fn rows(&self) -> Result<Rows, ImportError> {
-        let Some(rows) = self.by_rows()? else { return self.decode().map(whole) };
+        let Some(rows) = self.by_rows(&self.first_bytes()?)? else { return self.decode().map(whole) };
         self.limits.check_count(rows.held_bytes, self.limits.decoded_bytes, "bytes", &self.name)?;
         Ok(rows)
     }
 
-    /// The rows of a format whose decoder gives them; none of another one.
-    fn by_rows(&self) -> Result<Option<Rows>, ImportError> {
-        let (first, name) = (self.first_bytes()?, &self.name);
+    /// The rows of a format whose decoder gives them, as the first bytes say; none of another one.
+    fn by_rows(&self, first: &[u8]) -> Result<Option<Rows>, ImportError> {
+        let name = &self.name;
         // A row at a time, only the sides are limited.
         let limits = Limits { decoded_bytes: u64::MAX, ..self.limits };
-        let start = match format_of(&first, name) {
-            Ok(ImageFormat::Png) if !png::is_interlaced(&first) => png::rows,
+        let start = match format_of(first, name) {
+            Ok(ImageFormat::Png) if !png::is_interlaced(first) => png::rows,
             Ok(ImageFormat::OpenExr) => exr::rows,
             Ok(ImageFormat::Jpeg) => jpeg::rows,
             _ => return Ok(None),

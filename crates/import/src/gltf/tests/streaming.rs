@@ -92,3 +92,29 @@ fn what_is_wrong_with_a_file_is_said_before_its_meshes() {
     let streamed = gltf::stream(&path, &LoadOptions::default()).expect("read");
     assert!(streamed.stream.desc.diagnostics.first_error().is_some());
 }
+
+#[test]
+fn the_text_says_how_large_a_file_is_whatever_it_promises() {
+    let folder = tempfile::tempdir().expect("a folder");
+    ::image::DynamicImage::new_rgb8(1000, 900).save(folder.path().join("large.png")).expect("written");
+    let many = 9_000_000_000_000_000_u64;
+    let primitive = json!({"attributes": {"POSITION": 0}, "mode": 5});
+    let copies = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}});
+    let size = |primitives: usize| {
+        let text = json!({
+            "asset": {"version": "2.0"},
+            "accessors": [{"componentType": 5126, "count": many, "type": "VEC3"}],
+            "meshes": [{"primitives": vec![primitive.clone(); primitives]}],
+            "nodes": [{"mesh": 0}, {"mesh": 0, "extensions": copies.clone()}, {}],
+            "images": [{"uri": "large.png"}],
+        });
+        let path = folder.path().join("test.gltf");
+        std::fs::write(&path, text.to_string()).expect("written");
+        gltf::file_size(&path, &LoadOptions::default()).expect("read")
+    };
+    let (one, beyond) = (size(1), size(2100));
+    assert_eq!((one.triangles, one.instances, one.image_bytes), (many - 2, many + 1, 2_700_000));
+    assert_eq!(one.image_working_bytes, (1 << 20) + 8 * 3000);
+    assert!(one.streaming_bytes > 100 * many && one.streaming_bytes < u64::MAX);
+    assert_eq!((beyond.triangles, beyond.streaming_bytes), (u64::MAX, u64::MAX));
+}

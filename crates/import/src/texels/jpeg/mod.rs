@@ -30,7 +30,9 @@ const END: u8 = 0xd9;
 pub(super) fn decode(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image, ImportError> {
     guarded(name, || {
         let (mut scanlines, mut image) = Scanlines::start(Cursor::new(bytes), name, limits)?;
-        let mut texels = Vec::with_capacity(image.whole_bytes() as usize);
+        let mut texels = Vec::new();
+        let room = texels.try_reserve_exact(image.whole_bytes() as usize);
+        room.map_err(|_| ImportError::limit("there is no memory for the texels", name))?;
         (0..image.height).try_for_each(|_| scanlines.next(&mut texels, name))?;
         image.texels = Texels::U8(texels);
         Ok(image)
@@ -40,7 +42,8 @@ pub(super) fn decode(bytes: &[u8], name: &str, limits: &Limits) -> Result<Image,
 /// Starts with the first row.
 pub(super) fn rows(bytes: Box<dyn Bytes>, name: &str, limits: &Limits) -> Result<Rows, ImportError> {
     let (mut scanlines, image) = Scanlines::start(bytes, name, limits)?;
-    let Scanlines { held_bytes, working_bytes, .. } = scanlines;
+    let held_bytes = scanlines.held_bytes;
+    let working_bytes = held_bytes + row_bytes(&scanlines.planes);
     let name = name.to_owned();
     let next = move |out: &mut Texels| match out {
         Texels::U8(out) => guarded(&name, || scanlines.next(out, &name)),
@@ -59,8 +62,6 @@ struct Scanlines<B> {
     y: usize,
     /// Bytes of numbers that must all be there before the first row is.
     held_bytes: u64,
-    /// Bytes that are in memory meanwhile.
-    working_bytes: u64,
 }
 
 impl<B: BufRead + Seek> Scanlines<B> {
@@ -86,9 +87,8 @@ impl<B: BufRead + Seek> Scanlines<B> {
         let at_once = info.sof.is_sequential_dct() && in_first_scan == Some(planes.len());
         let held_bytes = if at_once { 0 } else { numbers_bytes(&planes) };
         limits.check_count(held_bytes, limits.decoded_bytes, "bytes", name)?;
-        let working_bytes = held_bytes + row_bytes(&planes);
         let width = image.width as usize;
-        Ok((Self { decoder, planes, colors, width, y: 0, held_bytes, working_bytes }, image))
+        Ok((Self { decoder, planes, colors, width, y: 0, held_bytes }, image))
     }
 
     /// Adds the next row.

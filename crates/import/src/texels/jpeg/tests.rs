@@ -194,7 +194,7 @@ fn another_filter_would_be_seen() {
 #[test]
 fn a_file_that_ends_early_is_one_clear_error() {
     for (name, jpeg, _) in SAMPLES {
-        for cut in [jpeg.len() / 2, jpeg.len() * 3 / 4, jpeg.len() - 40] {
+        for cut in [jpeg.len() / 2, jpeg.len() * 3 / 4, jpeg.len() - 40, jpeg.len() - 2] {
             let error = decode_image(&jpeg[..cut], "test", &Limits::default()).expect_err(name);
             assert!(
                 error.kind == ErrorKind::Malformed && error.what.contains("ends before"),
