@@ -42,11 +42,7 @@ fn measure(
     rays: &[(Vec3, Vec3)],
 ) -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<[f32; 8]> = rays.iter().map(|&(o, d)| mesh.ray(o, d, f32::INFINITY).words).collect();
-    let (count, room) = (rays.len() as u32, executor.allocate("rays", 32 * rays.len() as u64)?);
-    let mut upload = Recording::new();
-    let to = upload.resident("rays", room);
-    upload.write(to, bytemuck::cast_slice(&words).to_vec());
-    executor.run(&upload)?;
+    let (count, room) = (rays.len() as u32, executor.keep("rays", &words)?);
 
     let mut recording = Recording::new();
     let input = recording.resident("rays", room);

@@ -28,11 +28,7 @@ fn main() -> Result<(), GpuError> {
     }
 
     let words: Vec<u32> = (0..n).map(|i| i.wrapping_mul(2_654_435_761)).collect();
-    let input = executor.allocate("words", 4 * u64::from(n))?;
-    let mut upload = Recording::new();
-    let to = upload.resident("words", input);
-    upload.write(to, bytemuck::cast_slice(&words).to_vec());
-    executor.run(&upload)?;
+    let input = executor.keep("words", &words)?;
     for (name, record) in PRIMITIVES {
         measure(&mut executor, name, input, n, record)?;
     }

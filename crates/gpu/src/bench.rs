@@ -38,31 +38,23 @@ pub fn sort(
     payloads: Option<&[u32]>,
     repeat: u32,
 ) -> Result<(SortFigures, Sorted), GpuError> {
-    let bytes = 4 * keys.len() as u64;
-    let mut rooms = vec![executor.allocate("keys", bytes)?];
-    if payloads.is_some() {
-        rooms.push(executor.allocate("payloads", bytes)?);
+    let count = u32::try_from(keys.len()).unwrap_or(u32::MAX);
+    let mut rooms = vec![executor.keep("keys", keys)?];
+    if let Some(payloads) = payloads {
+        let room = executor.keep("payloads", payloads).inspect_err(|_| executor.release(rooms[0]))?;
+        rooms.push(room);
     }
-    let outcome = sort_in(executor, keys, payloads, repeat, &rooms);
+    let outcome = sort_in(executor, count, repeat, &rooms);
     rooms.into_iter().for_each(|room| executor.release(room));
     outcome
 }
 
 fn sort_in(
     executor: &mut Executor,
-    keys: &[u32],
-    payloads: Option<&[u32]>,
+    count: u32,
     repeat: u32,
     rooms: &[Resident],
 ) -> Result<(SortFigures, Sorted), GpuError> {
-    let count = keys.len() as u32;
-    let mut upload = Recording::new();
-    for (room, words) in rooms.iter().zip([Some(keys), payloads].into_iter().flatten()) {
-        let buffer = upload.resident("input", *room);
-        upload.write(buffer, bytemuck::cast_slice(words).to_vec());
-    }
-    executor.run(&upload)?;
-
     let (recording, _) = record(rooms, count)?;
     let mut compile_ms = 0.0;
     executor.prepare(&recording.kernels(), &mut |progress| compile_ms += progress.ms)?;

@@ -102,10 +102,10 @@ fn choose(mut listed: Vec<Listed>, choice: DeviceChoice) -> Result<Listed, GpuEr
     }
     let reports = listed.iter().map(|l| &l.report);
     let place = match choice {
-        DeviceChoice::Index(index) => {
-            let index = Some(index as usize).filter(|&i| i < count);
-            index.ok_or(GpuError::NoSuchIndex { index: choice_index(choice), count })?
+        DeviceChoice::Index(index) if index as usize >= count => {
+            return Err(GpuError::NoSuchIndex { index, count });
         }
+        DeviceChoice::Index(index) => index as usize,
         DeviceChoice::Any => first_usable(reports, |_| true).unwrap_or(0),
         DeviceChoice::Hardware => first_usable(reports, AdapterReport::is_hardware)
             .ok_or_else(|| no_such_kind("hardware", &listed))?,
@@ -113,10 +113,6 @@ fn choose(mut listed: Vec<Listed>, choice: DeviceChoice) -> Result<Listed, GpuEr
             .ok_or_else(|| no_such_kind("software", &listed))?,
     };
     Ok(listed.swap_remove(place))
-}
-
-const fn choice_index(choice: DeviceChoice) -> u32 {
-    if let DeviceChoice::Index(index) = choice { index } else { 0 }
 }
 
 /// The place of the first usable adapter that is `wanted`, else of the first that is.

@@ -62,15 +62,19 @@ macro_rules! kernel {
 pub(crate) use kernel;
 
 /// Parts that several kernels share.
-const SHARED: [(&str, &str); 8] = [
+const SHARED: [(&str, &str); 12] = [
+    ("compact", include_str!("wgsl/shared/compact.wgsl")),
     ("group", include_str!("wgsl/shared/group.wgsl")),
     ("group_scan", include_str!("wgsl/shared/group_scan.wgsl")),
     ("page", include_str!("wgsl/shared/page.wgsl")),
     ("queue", include_str!("wgsl/shared/queue.wgsl")),
+    ("radix", include_str!("wgsl/shared/radix.wgsl")),
     ("radix_emit", include_str!("wgsl/shared/radix_emit.wgsl")),
     ("radix_rank", include_str!("wgsl/shared/radix_rank.wgsl")),
     ("ray", include_str!("wgsl/shared/ray.wgsl")),
-    ("select", include_str!("wgsl/shared/select.wgsl")),
+    ("runs", include_str!("wgsl/shared/runs.wgsl")),
+    ("select_count", include_str!("wgsl/shared/select_count.wgsl")),
+    ("select_emit", include_str!("wgsl/shared/select_emit.wgsl")),
 ];
 
 /// Every kernel.

@@ -101,7 +101,7 @@ impl Recording {
 
     /// A buffer for `words` u32 (at least one) that lives as long as it is used; it holds anything at first.
     pub fn buffer(&mut self, label: &'static str, words: u64) -> Buffer {
-        self.declare(Declared { label, bytes: words.max(1) * 4, resident: None })
+        self.declare(Declared { label, bytes: words.max(1).saturating_mul(4), resident: None })
     }
 
     /// A buffer that is on the device already.
@@ -135,7 +135,8 @@ impl Recording {
 
     /// Copies `words` u32 from the word `first` of a buffer to the start of another.
     pub fn copy(&mut self, from: Buffer, first: u64, to: Buffer, words: u64) {
-        self.commands.push(Command::Copy { from, offset: first * 4, to, bytes: words * 4 });
+        let [offset, bytes] = [first, words].map(|words| words.saturating_mul(4));
+        self.commands.push(Command::Copy { from, offset, to, bytes });
     }
 
     /// Runs a kernel with these parameters over these buffers.
@@ -152,7 +153,7 @@ impl Recording {
 
     /// Brings the first `words` u32 of a buffer back.
     pub fn download(&mut self, from: Buffer, words: u64) -> Download {
-        self.commands.push(Command::Download { from, bytes: words * 4 });
+        self.commands.push(Command::Download { from, bytes: words.saturating_mul(4) });
         self.downloads += 1;
         Download(self.downloads - 1)
     }
@@ -212,7 +213,14 @@ impl Recording {
     ) -> Result<(), GpuError> {
         buffers.iter().try_for_each(|&buffer| self.holds(kernel.name, buffer, 0, 0))?;
         if buffers.len() != kernel.buffers || parameters.len() != kernel.parameters.bytes {
-            let reason = format!("{}: {} buffers, not {}", kernel.name, buffers.len(), kernel.buffers);
+            let reason = format!(
+                "{}: {} buffers and {} bytes of parameters, not {} and {}",
+                kernel.name,
+                buffers.len(),
+                parameters.len(),
+                kernel.buffers,
+                kernel.parameters.bytes
+            );
             return Err(GpuError::Rejected { reason });
         }
         match groups {

@@ -1,5 +1,6 @@
 //! Short sorts, each in the memory of one workgroup: Batcher 1968, "Sorting networks and their applications".
 
+use super::check_count;
 use super::radix::Pairs;
 use crate::error::GpuError;
 use crate::kernel::{device_struct, kernel};
@@ -49,7 +50,7 @@ fn check(stretches: &[[u32; 2]], count: u32) -> Result<(), GpuError> {
 /// Records [`bitonic`] of disjoint stretches among `count` pairs; what is in none of them is anything.
 ///
 /// # Errors
-/// A stretch is longer than [`LONGEST`] or not within the pairs, or there are too many.
+/// A stretch is longer than [`LONGEST`] or not within the pairs, or there are too many elements.
 pub fn record(
     recording: &mut Recording,
     stretches: &[[u32; 2]],
@@ -57,6 +58,7 @@ pub fn record(
     payloads: Buffer,
     count: u32,
 ) -> Result<Pairs, GpuError> {
+    check_count("bitonic sort", count)?;
     check(stretches, count)?;
     let sorted_keys = recording.buffer("sorted keys", count.into());
     let sorted_payloads = recording.buffer("sorted payloads", count.into());

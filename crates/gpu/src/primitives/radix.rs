@@ -28,10 +28,11 @@ pub struct Pairs {
     pub payloads: Option<Buffer>,
 }
 
-/// Records a stable sort of the first `count` keys by their lower `key_bits` bits (at most 32). The input stays as it is.
+/// Records a stable sort of the first `count` keys by their lower `key_bits` bits (at most 32), rounded up to whole
+/// digits of 8. The input stays as it is.
 ///
 /// # Errors
-/// There are too many elements: a quarter of a binding at most, for the counters of tiles.
+/// There are too many elements.
 pub fn record(recording: &mut Recording, pairs: Pairs, count: u32, key_bits: u32) -> Result<Pairs, GpuError> {
     check_count("radix sort", count)?;
     let passes = key_bits.min(32).div_ceil(DIGIT_BITS);

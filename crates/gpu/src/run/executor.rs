@@ -11,6 +11,7 @@ use crate::device::{Device, Refusal, scoped};
 use crate::error::GpuError;
 use crate::kernel::Kernel;
 use crate::recording::{Download, Recording, Resident};
+use bytemuck::NoUninit;
 
 /// How recordings are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,13 +22,11 @@ pub struct ExecutorConfig {
     pub groups_per_submission: u32,
     /// Fills buffers with this before their first use, so that tests see what a kernel did not write (default: not).
     pub poison: Option<u32>,
-    /// As if the driver refused memory when so many bytes are held, for tests (default: never).
-    pub refused_bytes: u64,
 }
 
 impl Default for ExecutorConfig {
     fn default() -> Self {
-        Self { budget_bytes: u64::MAX, groups_per_submission: 1 << 14, poison: None, refused_bytes: u64::MAX }
+        Self { budget_bytes: u64::MAX, groups_per_submission: 1 << 14, poison: None }
     }
 }
 
@@ -44,7 +43,7 @@ impl Executor {
     /// Takes a device into service.
     #[must_use]
     pub fn new(device: Device, config: ExecutorConfig) -> Self {
-        let pool = Pool::new(config.budget_bytes, config.refused_bytes);
+        let pool = Pool::new(config.budget_bytes);
         Self { device, config, pool, pipelines: Pipelines::default() }
     }
 
@@ -86,6 +85,19 @@ impl Executor {
     pub fn allocate(&mut self, label: &str, bytes: u64) -> Result<Resident, GpuError> {
         self.device.check()?;
         self.pool.allocate(&self.device, label, bytes)
+    }
+
+    /// A buffer with this content that stays until it is released.
+    ///
+    /// # Errors
+    /// As of [`Executor::allocate`] and [`Executor::run`]; then nothing stays.
+    pub fn keep<T: NoUninit>(&mut self, label: &'static str, content: &[T]) -> Result<Resident, GpuError> {
+        let bytes = bytemuck::cast_slice(content).to_vec();
+        let kept = self.allocate(label, bytes.len() as u64)?;
+        let mut recording = Recording::new();
+        let to = recording.resident(label, kept);
+        recording.write(to, bytes);
+        self.run(&recording).map(|_| kept).inspect_err(|_| self.release(kept))
     }
 
     /// Lets a buffer go that stayed.

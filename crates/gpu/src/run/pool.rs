@@ -19,19 +19,16 @@ pub(crate) struct Pool {
     next_resident: u64,
     held_bytes: u64,
     budget_bytes: u64,
-    /// As if the driver refused what is beyond.
-    refused_bytes: u64,
 }
 
 impl Pool {
-    pub(crate) const fn new(budget_bytes: u64, refused_bytes: u64) -> Self {
+    pub(crate) const fn new(budget_bytes: u64) -> Self {
         Self {
             free: BTreeMap::new(),
             resident: BTreeMap::new(),
             next_resident: 0,
             held_bytes: 0,
             budget_bytes,
-            refused_bytes,
         }
     }
 
@@ -40,21 +37,36 @@ impl Pool {
         self.held_bytes
     }
 
-    /// A buffer of at least this size; it holds anything.
+    /// A buffer of at least this size; it holds anything. Where it does not fit, `settle` hands over all commands that use
+    /// what was given back, and unused buffers go.
     pub(crate) fn take(
         &mut self,
         device: &Device,
         label: &str,
         bytes: u64,
+        settle: impl FnOnce(),
     ) -> Result<wgpu::Buffer, GpuError> {
-        let bytes = size_class(bytes).ok_or_else(|| too_large(device, label, bytes))?;
+        // In whole words.
+        let limit = device.device.limits().max_buffer_size & !3;
+        if bytes > limit {
+            return Err(GpuError::Limit { what: format!("{label} in bytes"), wanted: bytes, limit });
+        }
+        let bytes = size_class(bytes).min(limit);
         if let Some(buffer) = self.free.get_mut(&bytes).and_then(Vec::pop) {
             return Ok(buffer);
         }
-        if bytes > device.device.limits().max_buffer_size {
-            return Err(too_large(device, label, bytes));
-        }
-        self.create(device, label, bytes)
+        let created = match self.create(device, label, bytes) {
+            Err(Refusal::Memory) => {
+                settle();
+                self.trim(device);
+                self.create(device, label, bytes)
+            }
+            other => other,
+        };
+        created.map_err(|refusal| match refusal {
+            Refusal::Memory => self.out_of_memory(label, bytes),
+            Refusal::Other(reason) => device.check().err().unwrap_or(GpuError::Rejected { reason }),
+        })
     }
 
     /// Gives a buffer back, for others to use.
@@ -62,45 +74,25 @@ impl Pool {
         self.free.entry(buffer.size()).or_default().push(buffer);
     }
 
-    /// Creates a buffer; where it does not fit, unused ones go first.
-    fn create(&mut self, device: &Device, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
+    fn create(&mut self, device: &Device, label: &str, bytes: u64) -> Result<wgpu::Buffer, Refusal> {
         if self.held_bytes.saturating_add(bytes) > self.budget_bytes {
-            self.trim();
-        }
-        if self.held_bytes.saturating_add(bytes) > self.budget_bytes {
-            return Err(self.out_of_memory(label, bytes));
-        }
-        match self.ask_driver(device, label, bytes) {
-            Err(Refusal::Memory) => {
-                self.trim();
-                self.ask_driver(device, label, bytes)
-            }
-            other => other,
-        }
-        .inspect(|_| self.held_bytes += bytes)
-        .map_err(|refusal| match refusal {
-            Refusal::Memory => self.out_of_memory(label, bytes),
-            Refusal::Other(reason) => device.check().err().unwrap_or(GpuError::Rejected { reason }),
-        })
-    }
-
-    fn ask_driver(&self, device: &Device, label: &str, bytes: u64) -> Result<wgpu::Buffer, Refusal> {
-        if self.held_bytes.saturating_add(bytes) > self.refused_bytes {
             return Err(Refusal::Memory);
         }
-        create_buffer(device, label, bytes)
+        create_buffer(device, label, bytes).inspect(|_| self.held_bytes += bytes)
     }
 
     fn out_of_memory(&self, label: &str, wanted_bytes: u64) -> GpuError {
         GpuError::OutOfMemory { what: label.to_owned(), wanted_bytes, held_bytes: self.held_bytes }
     }
 
-    /// Lets all unused buffers go.
-    fn trim(&mut self) {
+    /// Lets all unused buffers go, and waits until the device has done with them.
+    fn trim(&mut self, device: &Device) {
         for buffer in std::mem::take(&mut self.free).into_values().flatten() {
             self.held_bytes -= buffer.size();
             buffer.destroy();
         }
+        // Fails where the device is lost only, which shows in what comes next.
+        drop(device.device.poll(wgpu::PollType::wait_indefinitely()));
     }
 
     /// A buffer that stays.
@@ -110,8 +102,8 @@ impl Pool {
         label: &str,
         bytes: u64,
     ) -> Result<Resident, GpuError> {
-        let bytes = bytes.max(4).next_multiple_of(4);
-        let buffer = self.take(device, label, bytes)?;
+        let bytes = bytes.max(4).div_ceil(4).saturating_mul(4);
+        let buffer = self.take(device, label, bytes, || {})?;
         let id = self.next_resident;
         self.next_resident += 1;
         self.resident.insert(id, buffer);
@@ -137,16 +129,11 @@ fn create_buffer(device: &Device, label: &str, bytes: u64) -> Result<wgpu::Buffe
     scoped(&device.device, || device.device.create_buffer(&descriptor))
 }
 
-fn too_large(device: &Device, label: &str, bytes: u64) -> GpuError {
-    let limit = device.device.limits().max_buffer_size;
-    GpuError::Limit { what: format!("{label} in bytes"), wanted: bytes, limit }
-}
-
 /// The next size that buffers have: 256 bytes and more, a quarter of a power of two apart.
-fn size_class(bytes: u64) -> Option<u64> {
+fn size_class(bytes: u64) -> u64 {
     let bytes = bytes.max(256);
-    let step = (bytes.checked_next_power_of_two()? / 8).max(64);
-    Some(bytes.next_multiple_of(step))
+    let step = (bytes.checked_next_power_of_two().unwrap_or(u64::MAX) / 8).max(64);
+    bytes.div_ceil(step).saturating_mul(step)
 }
 
 #[cfg(test)]
@@ -157,7 +144,7 @@ mod tests {
     fn sizes_waste_at_most_a_quarter_and_are_few() {
         let mut classes = Vec::new();
         for bytes in (0..100_000).step_by(4) {
-            let class = size_class(bytes).expect("small");
+            let class = size_class(bytes);
             assert!(class >= bytes && class.is_multiple_of(4), "{bytes}: {class}");
             assert!(bytes < 256 || class <= bytes + bytes / 4, "{bytes}: {class}");
             classes.push(class);
@@ -165,6 +152,6 @@ mod tests {
         assert!(classes.is_sorted());
         classes.dedup();
         assert!(classes.len() < 50, "{}", classes.len());
-        assert_eq!(size_class(u64::MAX), None);
+        assert_eq!(size_class(u64::MAX), u64::MAX);
     }
 }

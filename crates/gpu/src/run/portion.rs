@@ -20,7 +20,7 @@ pub(crate) struct Arrival {
     pub(crate) bytes: u64,
 }
 
-/// A recording, its buffers, and the commands that were not handed over yet.
+/// A recording and its buffers on their way.
 pub(crate) struct Run<'a> {
     device: &'a Device,
     pool: &'a mut Pool,
@@ -32,9 +32,29 @@ pub(crate) struct Run<'a> {
     /// Parameters of all dispatches, one after the other.
     parameters: wgpu::Buffer,
     downloads: Vec<Arrival>,
+    portion: Portion,
+    dispatched: u64,
+}
+
+/// Commands that were not handed over yet, and their workgroups.
+#[derive(Default)]
+struct Portion {
     encoder: Option<wgpu::CommandEncoder>,
     groups: u32,
-    dispatched: u64,
+}
+
+impl Portion {
+    fn encoder(&mut self, device: &Device) -> &mut wgpu::CommandEncoder {
+        let new = || device.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.encoder.get_or_insert_with(new)
+    }
+
+    fn submit(&mut self, device: &Device) {
+        if let Some(encoder) = self.encoder.take() {
+            device.queue.submit([encoder.finish()]);
+        }
+        self.groups = 0;
+    }
 }
 
 impl<'a> Run<'a> {
@@ -52,7 +72,7 @@ impl<'a> Run<'a> {
                 bytes.resize(bytes.len().next_multiple_of(UNIFORM_STEP), 0);
             }
         }
-        let parameters = pool.take(device, "parameters", bytes.len() as u64)?;
+        let parameters = pool.take(device, "parameters", bytes.len() as u64, || {})?;
         device.queue.write_buffer(&parameters, 0, &bytes);
         let buffers = vec![None; recording.buffers.len()];
         Ok(Self {
@@ -64,8 +84,7 @@ impl<'a> Run<'a> {
             buffers,
             parameters,
             downloads: Vec::new(),
-            encoder: None,
-            groups: 0,
+            portion: Portion::default(),
             dispatched: 0,
         })
     }
@@ -83,7 +102,7 @@ impl<'a> Run<'a> {
                 }
             }
         }
-        self.submit();
+        self.portion.submit(self.device);
         Ok(())
     }
 
@@ -106,7 +125,9 @@ impl<'a> Run<'a> {
         }
         let declared = &self.recording.buffers[place];
         let Some(resident) = declared.resident else {
-            let taken = self.pool.take(self.device, declared.label, declared.bytes)?;
+            let taken = self.pool.take(self.device, declared.label, declared.bytes, || {
+                self.portion.submit(self.device);
+            })?;
             if let Some(poison) = self.config.poison {
                 let words = vec![poison; declared.bytes.div_ceil(4) as usize];
                 self.write(&taken, bytemuck::cast_slice(&words));
@@ -143,11 +164,11 @@ impl<'a> Run<'a> {
             }
             Command::Clear(buffer) => {
                 let buffer = self.at(*buffer)?;
-                self.encoder().clear_buffer(&buffer, 0, None);
+                self.portion.encoder(self.device).clear_buffer(&buffer, 0, None);
             }
             Command::Copy { from, offset, to, bytes } => {
                 let (from, to) = (self.at(*from)?, self.at(*to)?);
-                self.encoder().copy_buffer_to_buffer(&from, *offset, &to, 0, *bytes);
+                self.portion.encoder(self.device).copy_buffer_to_buffer(&from, *offset, &to, 0, *bytes);
             }
             Command::Dispatch { kernel, parameters, buffers, groups } => {
                 self.dispatch(kernel, parameters.len() as u64, buffers, *groups)?;
@@ -159,7 +180,7 @@ impl<'a> Run<'a> {
 
     /// Writes to a buffer after all commands before.
     fn write(&mut self, to: &wgpu::Buffer, bytes: &[u8]) {
-        self.submit();
+        self.portion.submit(self.device);
         self.device.queue.write_buffer(to, 0, bytes);
     }
 
@@ -171,7 +192,7 @@ impl<'a> Run<'a> {
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
-        self.encoder().copy_buffer_to_buffer(&from, 0, &to, 0, bytes);
+        self.portion.encoder(self.device).copy_buffer_to_buffer(&from, 0, &to, 0, bytes);
         self.downloads.push(Arrival { buffer: to, bytes });
         Ok(())
     }
@@ -200,7 +221,7 @@ impl<'a> Run<'a> {
             entries: &entries,
         });
         let arguments = if let Groups::Indirect(buffer, _) = groups { Some(self.at(buffer)?) } else { None };
-        let mut pass = self.encoder().begin_compute_pass(&wgpu::ComputePassDescriptor {
+        let mut pass = self.portion.encoder(self.device).begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some(kernel.name),
             timestamp_writes: None,
         });
@@ -227,23 +248,11 @@ impl<'a> Run<'a> {
 
     /// Hands the portion over when it is large enough.
     fn count(&mut self, groups: Groups) {
-        self.groups += if let Groups::Direct(groups) = groups { groups } else { INDIRECT_GROUPS };
-        if self.groups >= self.config.groups_per_submission {
-            self.submit();
+        let groups = if let Groups::Direct(groups) = groups { groups } else { INDIRECT_GROUPS };
+        self.portion.groups = self.portion.groups.saturating_add(groups);
+        if self.portion.groups >= self.config.groups_per_submission {
+            self.portion.submit(self.device);
         }
-    }
-
-    fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
-        let device = &self.device.device;
-        self.encoder
-            .get_or_insert_with(|| device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default()))
-    }
-
-    fn submit(&mut self) {
-        if let Some(encoder) = self.encoder.take() {
-            self.device.queue.submit([encoder.finish()]);
-        }
-        self.groups = 0;
     }
 }
 

@@ -14,7 +14,7 @@ use vastlight_accel::wide::ChildRef;
 use vastlight_math::Vec3;
 
 /// Nodes that a ray can have put aside in the kernel.
-const STACK: usize = 96;
+pub const STACK: usize = 96;
 /// Rays that a workgroup takes.
 const RAYS_PER_GROUP: u32 = 64;
 /// Most rays of a batch: one dispatch.
@@ -45,7 +45,7 @@ impl DeviceMesh {
     /// Brings a mesh and its pages, numbered from 0, to the device.
     ///
     /// # Errors
-    /// The tree is too deep, a binding too small for the pages, or memory does not suffice.
+    /// The tree is too deep, a page is missing, a binding too small for them, or memory does not suffice.
     pub fn new(executor: &mut Executor, mesh: &CompactMesh, pages: &[PackedPage]) -> Result<Self, GpuError> {
         let most = 7 * mesh.levels + 1;
         if most > STACK {
@@ -53,14 +53,25 @@ impl DeviceMesh {
             return Err(GpuError::Limit { what, wanted: most as u64, limit: STACK as u64 });
         }
         let (words, starts) = page_words(pages);
+        let (wanted, limit) = (4 * words.len() as u64, executor.adapter().limits.binding_bytes);
+        if wanted > limit {
+            return Err(GpuError::Limit { what: "the pages in bytes".to_owned(), wanted, limit });
+        }
         let root = |root: &vastlight_accel::compact::PageRoot| {
-            starts.get(root.page as usize).map_or(0, |start| start + root.node().index() as u32)
+            let start = starts.get(root.page as usize).map(|start| start + root.node().index() as u32);
+            start.ok_or_else(|| GpuError::Rejected { reason: format!("page {} is missing", root.page) })
         };
-        let roots: Vec<u32> = mesh.roots.iter().map(root).collect();
+        let roots = mesh.roots.iter().map(root).collect::<Result<Vec<u32>, _>>()?;
+        let nodes = executor.keep("nodes", &mesh.nodes)?;
+        let roots = executor.keep("roots", &roots).inspect_err(|_| executor.release(nodes))?;
+        let pages = executor.keep("pages", &words).inspect_err(|_| {
+            executor.release(nodes);
+            executor.release(roots);
+        })?;
         Ok(Self {
-            nodes: send(executor, "nodes", bytemuck::cast_slice(&mesh.nodes))?,
-            roots: send(executor, "roots", &roots)?,
-            pages: send(executor, "pages", &words)?,
+            nodes,
+            roots,
+            pages,
             root: mesh.root.unwrap_or(ChildRef::NONE),
             extent: mesh.extent,
             scale: mesh.scale,
@@ -159,14 +170,4 @@ fn page_words(pages: &[PackedPage]) -> (Vec<u32>, Vec<u32>) {
         words.push(u32::from_le_bytes(last));
     }
     (words, starts)
-}
-
-/// Words on the device that stay; at least those of one ray, so that nothing is bound too small.
-fn send(executor: &mut Executor, label: &'static str, words: &[u32]) -> Result<Resident, GpuError> {
-    let resident = executor.allocate(label, 4 * words.len().max(8) as u64)?;
-    let mut recording = Recording::new();
-    let to = recording.resident(label, resident);
-    recording.write(to, bytemuck::cast_slice(words).to_vec());
-    executor.run(&recording)?;
-    Ok(resident)
 }

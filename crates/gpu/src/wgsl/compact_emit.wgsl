@@ -1,19 +1,10 @@
 // Values whose flag is set, one after the other.
-//#include select
+//#include compact
+//#include select_emit
 
-struct Parameters {
-    count: u32,
-}
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> flags: array<u32>;
 @group(0) @binding(2) var<storage, read> values: array<u32>;
 @group(0) @binding(3) var<storage, read> firsts: array<u32>;
 @group(0) @binding(4) var<storage, read_write> kept: array<u32>;
-
-fn selected(i: u32) -> bool {
-    return flags[i] != 0u;
-}
 
 fn emit(i: u32, place: u32) {
     kept[place] = values[i];

@@ -1,14 +1,6 @@
 // How often each digit occurs in each tile: digit by digit, tile by tile within a digit.
-//#include group
+//#include radix
 
-struct Parameters {
-    count: u32,
-    shift: u32,
-    tiles: u32,
-}
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> keys: array<u32>;
 @group(0) @binding(2) var<storage, read_write> counts: array<u32>;
 
 var<workgroup> own: array<atomic<u32>, GROUP>;
@@ -20,7 +12,7 @@ fn main(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index)
     for (var k = 0u; k < ITEMS; k++) {
         let i = tile.x * TILE + k * GROUP + lane;
         if (i < parameters.count) {
-            atomicAdd(&own[(keys[i] >> parameters.shift) & 255u], 1u);
+            atomicAdd(&own[digit_of(keys[i])], 1u);
         }
     }
     workgroupBarrier();

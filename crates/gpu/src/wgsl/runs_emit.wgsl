@@ -1,20 +1,10 @@
 // Key and start of each run of equal keys; behind the last start, the number of keys.
-//#include select
+//#include runs
+//#include select_emit
 
-struct Parameters {
-    count: u32,
-    shift: u32,
-}
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> keys: array<u32>;
 @group(0) @binding(2) var<storage, read> firsts: array<u32>;
 @group(0) @binding(3) var<storage, read_write> run_keys: array<u32>;
 @group(0) @binding(4) var<storage, read_write> starts: array<u32>;
-
-fn selected(i: u32) -> bool {
-    return i == 0u || keys[i] >> parameters.shift != keys[max(i, 1u) - 1u] >> parameters.shift;
-}
 
 fn emit(i: u32, place: u32) {
     run_keys[place] = keys[i] >> parameters.shift;

@@ -1,9 +1,10 @@
 //! Recordings without a device, and what an executor does with them.
 
 use crate::common::{POISON, software};
+use vastlight_gpu::kernel::all;
 use vastlight_gpu::primitives::reduce::{Operation, record};
 use vastlight_gpu::primitives::{MAX_ELEMENTS, radix};
-use vastlight_gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError, Recording};
+use vastlight_gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError, Groups, Recording};
 
 /// An executor of its own on the software adapter.
 fn own(config: ExecutorConfig) -> Option<Executor> {
@@ -44,6 +45,28 @@ fn recordings_that_make_no_sense_are_refused_without_a_device() {
     let (a, b) = (beyond.buffer("a", 4), beyond.buffer("b", 4));
     beyond.copy(a, 3, b, 2);
     assert!(matches!(beyond.check(), Err(GpuError::Rejected { .. })));
+    // In bytes more than 64 bits hold.
+    let mut far = Recording::new();
+    let (a, b) = (far.buffer("a", 4), far.buffer("b", 4));
+    far.copy(a, 1 << 62, b, 1);
+    assert!(matches!(far.check(), Err(GpuError::Rejected { .. })));
+    let mut long = Recording::new();
+    let a = long.buffer("a", 4);
+    long.download(a, (u64::MAX >> 2) + 2);
+    assert!(matches!(long.check(), Err(GpuError::Rejected { .. })));
+
+    let mut few = Recording::new();
+    let a = few.buffer("a", 4);
+    few.dispatch(all()[0], &[0_u32; 2], &[a], Groups::Direct(1));
+    assert!(matches!(few.check(), Err(GpuError::Rejected { .. })));
+    let mut short = Recording::new();
+    let (a, b) = (short.buffer("a", 4), short.buffer("b", 4));
+    short.dispatch(all()[0], &[0_u32; 1], &[a, b], Groups::Direct(1));
+    assert!(matches!(short.check(), Err(GpuError::Rejected { .. })));
+    let mut wide = Recording::new();
+    let (a, b) = (wide.buffer("a", 4), wide.buffer("b", 4));
+    wide.dispatch(all()[0], &[0_u32; 2], &[a, b], Groups::Direct(65_536));
+    assert!(matches!(wide.check(), Err(GpuError::Limit { .. })));
 
     let mut many = Recording::new();
     let buffer = many.buffer("values", 8);
@@ -60,7 +83,8 @@ fn copies_clears_and_downloads_take_effect_in_order() {
     let before = recording.download(b, 4);
     recording.copy(a, 1, b, 3);
     let copied = recording.download(b, 4);
-    recording.write(a, bytemuck::bytes_of(&9_u32).to_vec());
+    // Later than the copy before, which still reads what was there.
+    recording.write(a, bytemuck::cast_slice(&[9_u32, 10, 11, 12]).to_vec());
     recording.copy(a, 0, b, 1);
     let written = recording.download(b, 3);
     recording.clear(b);
@@ -115,8 +139,20 @@ fn memory_is_used_again_and_bounded() {
 }
 
 #[test]
-fn memory_that_the_driver_refuses_is_asked_for_again_without_what_is_unused() {
-    let config = ExecutorConfig { refused_bytes: 200_000, ..ExecutorConfig::default() };
+fn what_cannot_be_filled_does_not_stay() {
+    let budget_bytes = 40_960;
+    let config = ExecutorConfig { budget_bytes, ..ExecutorConfig::default() };
+    let Some(mut executor) = own(config) else { return };
+    // There is room for it, but none for what filling takes.
+    let full = executor.keep("full", &[7_u32; 10_240]).expect_err("all of the budget");
+    assert!(matches!(full, GpuError::OutOfMemory { .. }), "{full}");
+    let all_of_it = executor.allocate("all", budget_bytes).expect("nothing else stays");
+    executor.release(all_of_it);
+}
+
+#[test]
+fn memory_that_is_refused_is_asked_for_again_without_what_is_unused() {
+    let config = ExecutorConfig { budget_bytes: 200_000, ..ExecutorConfig::default() };
     let Some(mut executor) = own(config) else { return };
     for n in [20_000, 30_000, 40_000, 20_000] {
         let (recording, sum) = sum_of(&vec![1; n as usize]);
@@ -132,8 +168,16 @@ fn memory_that_the_driver_refuses_is_asked_for_again_without_what_is_unused() {
 #[test]
 fn more_than_the_device_allows_is_an_error_and_not_a_crash() {
     let Some(mut executor) = own(ExecutorConfig::default()) else { return };
-    let error = executor.allocate("huge", u64::MAX / 2).expect_err("too large");
-    assert!(matches!(error, GpuError::Limit { .. }), "{error}");
+    for bytes in [u64::MAX, u64::MAX / 2] {
+        let error = executor.allocate("huge", bytes).expect_err("too large");
+        assert!(matches!(error, GpuError::Limit { .. }), "{error}");
+    }
+    let binding = executor.adapter().limits.binding_bytes;
+    let mut wide = Recording::new();
+    let values = wide.buffer("values", binding / 4 + 1);
+    record(&mut wide, values, 1, Operation::Add).expect("few");
+    let error = executor.run(&wide).expect_err("more than a kernel sees");
+    assert!(matches!(error, GpuError::Limit { limit, .. } if limit == binding), "{error}");
     let most = executor.adapter().limits.buffer_bytes;
     let mut held = Vec::new();
     // Memory is promised, not touched: what a driver refuses at last is an error too.
@@ -189,5 +233,25 @@ fn portions_do_not_change_the_answer() {
         let Some(mut executor) = own(config) else { return };
         let (recording, sum) = sum_of(&values);
         assert_eq!(executor.run(&recording).expect("runs").words(sum), [expected]);
+    }
+}
+
+#[test]
+fn buffers_of_one_recording_make_room_for_each_other() {
+    // Three sizes, of which the budget holds two: the first is unused when the third comes.
+    let config = ExecutorConfig { budget_bytes: 300_000, ..ExecutorConfig::default() };
+    let Some(mut executor) = own(config) else { return };
+    let mut recording = Recording::new();
+    let values: Vec<u32> = (0..25_000).collect();
+    let first = recording.upload("first", &values);
+    let second = recording.buffer("second", 31_000);
+    recording.copy(first, 0, second, 25_000);
+    let third = recording.buffer("third", 37_000);
+    recording.copy(second, 0, third, 25_000);
+    let end = recording.download(third, 25_000);
+    for _ in 0..2 {
+        let results = executor.run(&recording).expect("two fit at a time");
+        assert!(results.words(end) == values);
+        assert!(executor.held_bytes() <= 300_000);
     }
 }

@@ -7,7 +7,8 @@ use naga::{AddressSpace, Module, TypeInner};
 use std::collections::BTreeSet;
 use std::path::Path;
 use vastlight_gpu::kernel::{Kernel, StructLayout, all};
-use vastlight_gpu::limits;
+use vastlight_gpu::primitives::{GROUP, TILE, bitonic, histogram};
+use vastlight_gpu::{limits, trace};
 
 fn parse(wgsl: &str) -> Result<(Module, ModuleInfo), String> {
     let module = naga::front::wgsl::parse_str(wgsl).map_err(|e| e.emit_to_string(wgsl))?;
@@ -45,7 +46,34 @@ fn what_is_not_valid_is_found() {
     for (from, to) in [("values[i]", "values[i] + 1.0"), ("var<uniform>", "var<nothing>"), ("}", "")] {
         assert!(parse(&good.replacen(from, to, 1)).is_err(), "{from} as {to}");
     }
-    assert!(parse("//#include nothing_of_that_name\nfn f() { group_scan(0u, 1u); }").is_err());
+}
+
+#[test]
+fn shared_parts_are_put_in_once_and_none_is_missing() {
+    for kernel in all() {
+        assert!(!kernel.wgsl().contains("#include"), "{}: a part that does not exist", kernel.name);
+    }
+    let parameters = all()[0].parameters;
+    let source = "//#include group_scan\n//#include group\n//#include nothing_of_that_name\nfn f() {}";
+    let text = Kernel { name: "f", source, parameters, buffers: 0 }.wgsl();
+    assert_eq!(text.matches("const GROUP:").count(), 1);
+    assert_eq!(text.matches("fn group_scan(").count(), 1);
+    assert!(text.ends_with("//#include nothing_of_that_name\nfn f() {}\n"));
+}
+
+#[test]
+fn numbers_that_both_sides_know_are_the_same() {
+    for (kernel, line) in [
+        ("reduce", format!("const GROUP: u32 = {GROUP}u;")),
+        ("reduce", format!("const ITEMS: u32 = {}u;", TILE / GROUP)),
+        ("bitonic", format!("const LONGEST: u32 = {}u;", bitonic::LONGEST)),
+        ("histogram", format!("const MAX_BINS: u32 = {}u;", 1 << histogram::MAX_BITS)),
+        ("closest", format!("const STACK: u32 = {}u;", trace::STACK)),
+        ("closest", format!("@workgroup_size({})", trace::MAX_RAYS / limits::WORKGROUPS_PER_AXIS)),
+    ] {
+        let kernel = all().into_iter().find(|k| k.name == kernel).expect("a kernel");
+        assert!(kernel.wgsl().contains(&line), "{}: {line}", kernel.name);
+    }
 }
 
 fn written<T, E: std::fmt::Debug>(outcome: Result<T, E>, kernel: &str, back_end: &str) -> T {

@@ -6,16 +6,14 @@ use vastlight_accel::sort::{key, pair, payload, radix_sort};
 use vastlight_gpu::primitives::reduce::Operation;
 use vastlight_gpu::primitives::{bitonic, compact, histogram, queue, radix, reduce, runs, scan};
 use vastlight_gpu::{Executor, Recording};
+use vastlight_math::rng::hash_words;
 
 /// Nothing, one, and around multiples of a subgroup, a workgroup, a tile, and a tile of tiles' worth of rest.
 const SIZES: [usize; 16] = [0, 1, 2, 7, 8, 9, 255, 256, 257, 2047, 2048, 2049, 4095, 4096, 4097, 100_003];
 
 /// 32 bits that look random.
 fn random(i: u32, seed: u32) -> u32 {
-    let mut x = (u64::from(i) + 1 + (u64::from(seed) << 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ x >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ x >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (x >> 32) as u32
+    (hash_words(&[i, seed]) >> 32) as u32
 }
 
 /// Arrays of `n` keys that are hard in one way each.
@@ -195,6 +193,7 @@ fn radix_sort_looks_at_the_bits_it_is_told() {
     }
     let small: Vec<u32> = keys.iter().map(|key| key >> 19).collect();
     assert!(gpu_sort(&mut executor, &small, 13, true) == sorted(&small, 13));
+    assert!(gpu_sort(&mut executor, &keys, 13, true) == sorted(&keys, 16), "whole digits");
 }
 
 #[test]
@@ -281,6 +280,8 @@ fn queues_that_overflow_drop_entries_and_say_how_many_there_were() {
     let Some(mut executor) = software() else { return };
     let (leaves, wanted) = gpu_leaves(&mut executor, 1024, 512, 1);
     assert_eq!((leaves, wanted), (vec![[0, 512]], 1), "one half is lost");
+    let (leaves, wanted) = gpu_leaves(&mut executor, 3, 1, 2);
+    assert_eq!((leaves, wanted), (vec![[0, 1], [1, 2]], 3), "the last leaf is lost");
     let (leaves, wanted) = gpu_leaves(&mut executor, 1024, 128, 6);
     let all = queue::split_ranges(1024, 128);
     assert!(leaves.iter().all(|leaf| all.contains(leaf)), "{leaves:?}");

@@ -6,19 +6,18 @@ use vastlight_accel::triangle::intersect;
 use vastlight_accel::wide::{Block8, MeshBvh, MeshView};
 use vastlight_accel::{BuildConfig, Scratch, ray::ScaledRay};
 use vastlight_gpu::trace::{DeviceHit, DeviceMesh, DeviceRay, MAX_RAYS, record_closest};
-use vastlight_gpu::{Executor, GpuError, Recording};
+use vastlight_gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError, Recording};
 use vastlight_math::Vec3;
+use vastlight_math::rng::{hash_words, unit_f32};
 use vastlight_simd::Portable;
 
 /// Numbers in [0, 1).
-fn noise(i: usize, salt: u64) -> f32 {
-    let mut x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ salt.wrapping_mul(0xd134_2543_de82_ef95);
-    x = (x ^ x >> 31).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    (x >> 40) as f32 / 16_777_216.0
+fn noise(i: usize, salt: u32) -> f32 {
+    unit_f32((hash_words(&[i as u32, salt]) >> 32) as u32)
 }
 
 /// A point in the cube from -1 to 1, on a lattice.
-fn point(i: usize, salt: u64) -> Vec3 {
+fn point(i: usize, salt: u32) -> Vec3 {
     let axis = |k| (noise(i, salt + k) * 1_048_576.0).floor() / 524_288.0 - 1.0;
     Vec3::new(axis(0), axis(1), axis(2))
 }
@@ -179,6 +178,31 @@ fn directions_of_any_length_hit_at_the_same_place() {
         hit.t * ray.t_scale * length
     });
     assert!(t.iter().all(|other| (other - t[2]).abs() < 1e-5), "{t:?}");
+}
+
+#[test]
+fn pages_that_are_missing_or_do_not_fit_are_errors_and_leave_nothing() {
+    let Some(mut shared) = software() else { return };
+    let (wide, _) =
+        MeshBvh::build("", &Mesh::sheet(65).view(), &BuildConfig::default(), &mut Scratch::default())
+            .expect("built");
+    let (compact, mut pages) = CompactMesh::pack(&wide, 1 << 12).expect("on a lattice");
+    let missing = DeviceMesh::new(&mut shared, &compact, &pages[1..]).expect_err("one too few");
+    assert!(matches!(missing, GpuError::Rejected { .. }), "{missing}");
+    drop(shared);
+
+    let device = Drivers::load().open(DeviceChoice::Software).expect("as before");
+    let binding = device.adapter().limits.binding_bytes;
+    let config = ExecutorConfig { budget_bytes: 40_960, ..ExecutorConfig::default() };
+    let mut small = Executor::new(device, config);
+    let full = DeviceMesh::new(&mut small, &compact, &pages).expect_err("more than the budget");
+    assert!(matches!(full, GpuError::OutOfMemory { .. }), "{full}");
+    let all_of_it = small.allocate("all of the budget", 40_960).expect("nothing else stays");
+    small.release(all_of_it);
+
+    pages[0].bytes.resize(binding as usize, 0);
+    let wide = DeviceMesh::new(&mut small, &compact, &pages).expect_err("more than a binding");
+    assert!(matches!(wide, GpuError::Limit { limit, .. } if limit == binding), "{wide}");
 }
 
 #[test]

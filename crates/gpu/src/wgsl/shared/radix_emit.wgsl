@@ -1,15 +1,8 @@
 // Moves a tile's elements to their places in the order of a digit. Who includes this says by `carry(origin, place)` what goes
 // along with a key.
+//#include radix
 //#include radix_rank
 
-struct Parameters {
-    count: u32,
-    shift: u32,
-    tiles: u32,
-}
-
-@group(0) @binding(0) var<uniform> parameters: Parameters;
-@group(0) @binding(1) var<storage, read> keys: array<u32>;
 @group(0) @binding(2) var<storage, read> firsts: array<u32>;
 @group(0) @binding(3) var<storage, read_write> sorted_keys: array<u32>;
 
@@ -22,7 +15,7 @@ fn main(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index)
         // What is beyond the end goes behind all that is not.
         var digit = 255u;
         if (start + place < parameters.count) {
-            digit = (keys[start + place] >> parameters.shift) & 255u;
+            digit = digit_of(keys[start + place]);
         }
         items[k] = (digit << 16u) | place;
     }

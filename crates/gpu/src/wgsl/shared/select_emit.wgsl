@@ -1,18 +1,6 @@
-// Choosing elements: Blelloch 1990, "Prefix sums and their applications", packing.
+// Placing chosen elements: Blelloch 1990, "Prefix sums and their applications", packing.
 // Who includes this says by `selected(i)` which elements are chosen and by `emit(i, place)` where they go.
 //#include group_scan
-
-/// How many of the tile's elements are chosen.
-fn count_selected(lane: u32, tile: u32, count: u32) -> u32 {
-    var chosen = 0u;
-    for (var k = 0u; k < ITEMS; k++) {
-        let i = tile * TILE + k * GROUP + lane;
-        if (i < count && selected(i)) {
-            chosen++;
-        }
-    }
-    return group_scan(lane, chosen).y;
-}
 
 /// Hands each chosen element of the tile its place, from `first` on.
 fn emit_selected(lane: u32, tile: u32, count: u32, first: u32) {
