@@ -157,6 +157,11 @@ impl SceneArguments {
         vastlight::is_store(&self.scene)
     }
 
+    /// What to call the scene, without secrets of its address.
+    pub(crate) fn shown(&self) -> std::borrow::Cow<'_, str> {
+        vastlight::paging::shown(&self.scene)
+    }
+
     /// Opens the scene, be it a store or not.
     pub(crate) fn open(&self, common: &Common) -> Result<vastlight::OpenScene, Error> {
         vastlight::open(&self.scene, &self.options(common)?)

@@ -12,7 +12,9 @@ mod table;
 pub use cache::{Batch, CacheConfig, CacheError, CacheStats, PageCache, PageError, PageFault, Usage};
 pub use directory::{Directory, PageEntry};
 pub use policy::{Policy, PolicyKind};
-pub use source::{Fault, Faulty, FileSource, KernelCache, MemorySource, Source, SourceError, When};
+pub use source::{
+    Fault, Faulty, FileSource, KernelCache, MemorySource, Source, SourceError, When, is_address, shown,
+};
 #[cfg(feature = "object-store")]
 pub use source::{ObjectConfig, ObjectSource};
 pub use table::{Buffer, Edition, Line, Table};

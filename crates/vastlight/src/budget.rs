@@ -13,7 +13,7 @@ const BASE_BYTES: u64 = 72 << 20;
 const TRIANGLE_BYTES: u64 = 320;
 /// What stays in memory of a triangle that is in the store: rows of directories and of the tree above pages.
 const RESIDENT_BYTES: f64 = 1.0;
-/// A placement of a mesh: its matrix, and the largest mesh's as the journal has them.
+/// A placement of a mesh that is packed: its matrix of 48 bytes, and a margin.
 const INSTANCE_BYTES: u64 = 56;
 /// Fewest triangles that are packed at a time.
 const LEAST_TRIANGLES: u64 = 1 << 16;

@@ -3,12 +3,13 @@
 use crate::budget::{check_import, held_bytes};
 use crate::manifest::{self, is_manifest};
 use crate::merge::Merged;
-use crate::open::{is_remote, is_store, without_query};
+use crate::open::is_store;
 use crate::overrides::Overrides;
 use crate::{Error, PackInput, environment};
 use std::path::{Path, PathBuf};
 use vastlight_import::{FileSize, LoadOptions as ImportOptions, Streamed};
 use vastlight_math::Affine3;
+use vastlight_paging::{is_address, shown};
 use vastlight_scene::generate::{self, DemoSize, GenerateOptions};
 use vastlight_scene::{Instance, Scene, SceneDesc, SceneStream};
 use vastlight_store::SourceFile;
@@ -123,9 +124,9 @@ fn demo_size(name: &str, options: &GenerateOptions) -> Result<FileSize, Error> {
 
 /// Refuses what only a store may be.
 fn refuse_remote(source: &str) -> Result<(), Error> {
-    if is_remote(source) {
+    if is_address(source) {
         let hint = "download the file, or pack it (`vastlight pack`) and put the store (.vls) on the server";
-        return Err(Error::usage("of a server's files only stores are read", without_query(source), hint));
+        return Err(Error::usage("of a server's files only stores are read", shown(source), hint));
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use crate::load::{LoadOptions, adapt, describe};
 use crate::{Error, ErrorClass};
 use std::path::Path;
 use std::sync::Arc;
-use vastlight_paging::{FileSource, KernelCache, PageError, Source, SourceError};
+use vastlight_paging::{FileSource, KernelCache, PageError, Source, SourceError, is_address, shown};
 #[cfg(feature = "object-store")]
 use vastlight_paging::{ObjectConfig, ObjectSource};
 use vastlight_scene::{Scene, TextureUse, texture_uses};
@@ -53,7 +53,7 @@ pub fn open(source: &str, options: &LoadOptions) -> Result<OpenScene, Error> {
 
 /// Where the bytes of a store are.
 fn pages_of(source: &str, options: &LoadOptions) -> Result<Arc<dyn Source>, SourceError> {
-    if is_remote(source) {
+    if is_address(source) {
         return remote_pages(source);
     }
     let kernel = if options.bypass_kernel_cache { KernelCache::Bypass } else { KernelCache::Keep };
@@ -68,26 +68,17 @@ fn remote_pages(address: &str) -> Result<Arc<dyn Source>, SourceError> {
 #[cfg(not(feature = "object-store"))]
 fn remote_pages(address: &str) -> Result<Arc<dyn Source>, SourceError> {
     let what = "stores on servers are not read by this program".to_owned();
-    let name = without_query(address).to_owned();
+    let name = shown(address).into_owned();
     Err(SourceError { what, name, offset: 0, hint: "build it with `--features object-store`" })
-}
-
-/// Whether a scene is named by an address.
-pub(crate) fn is_remote(source: &str) -> bool {
-    ["https://", "http://", "s3://"].iter().any(|scheme| source.starts_with(scheme))
-}
-
-/// An address without its query, which may be a signature that messages may not show.
-pub(crate) fn without_query(address: &str) -> &str {
-    address.split('?').next().unwrap_or_default()
 }
 
 /// Whether a scene's name is that of a store.
 #[must_use]
 pub fn is_store(source: &str) -> bool {
-    let path = if is_remote(source) { without_query(source) } else { source };
-    !path.starts_with("demo:")
-        && Path::new(path).extension().is_some_and(|extension| extension.eq_ignore_ascii_case(STORE))
+    !source.starts_with("demo:")
+        && Path::new(&*shown(source))
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case(STORE))
 }
 
 /// Opens a store, wherever its bytes are.

@@ -42,11 +42,11 @@ pub(crate) fn run(arguments: &Info, common: &Common) -> Result<Exit, Error> {
     let OpenScene { scene, stored } = open;
     let sources = stored.map(|stored| stored.sources).unwrap_or_default();
     let text = if arguments.json {
-        let mut value = as_json(&arguments.scene.scene, &scene, &memory);
+        let mut value = as_json(&arguments.scene.shown(), &scene, &memory);
         value["sources"] = json!(sources.iter().map(source_json).collect::<Vec<_>>());
         format!("{value}\n")
     } else {
-        let text = as_text(&arguments.scene.scene, &scene, &memory, common);
+        let text = as_text(&arguments.scene.shown(), &scene, &memory, common);
         sources.iter().fold(text, |text, source| text + &source_line(source))
     };
     std::io::stdout().lock().write_all(text.as_bytes()).map_err(|e| stdout_error(&e))?;

@@ -243,7 +243,7 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     request.paging.memory = common.memory;
     request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
     check_request(&open, &request, common)?;
-    common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.scene));
+    common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.shown()));
 
     let control = Control { cancel, progress: &|p| reporter.update(p) };
     let rendered = vastlight::render(&open, &request, &control)?;

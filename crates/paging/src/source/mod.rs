@@ -1,5 +1,6 @@
 //! Where bytes of pages come from, one kind a file.
 
+mod address;
 #[cfg(target_os = "linux")]
 mod direct;
 mod faulty;
@@ -8,6 +9,7 @@ mod memory;
 #[cfg(feature = "object-store")]
 mod object;
 
+pub use address::{is_address, shown};
 pub use faulty::{Fault, Faulty, When};
 pub use file::{FileSource, KernelCache};
 pub use memory::MemorySource;

@@ -72,69 +72,33 @@ struct Sizes {
     most: u64,
 }
 
+impl Demo {
+    /// A demo of its own size.
+    const fn new(name: &'static str, make: Make) -> Self {
+        Self { name, sizes: None, texture_bytes: None, instanced: None, make }
+    }
+
+    /// A demo of `least` to `most` triangles.
+    const fn sized(name: &'static str, least: u64, most: u64, make: Make) -> Self {
+        Self { sizes: Some(Sizes { least, most }), ..Self::new(name, make) }
+    }
+}
+
 const DEMOS: &[Demo] = &[
+    Demo::new("atrium", Make::Whole(atrium::atrium)),
+    Demo::sized("caustic-sphere", 1_000, 1_000_000_000, Make::Whole(caustic_sphere::caustic_sphere)),
     Demo {
-        name: "atrium",
-        sizes: None,
-        texture_bytes: None,
-        instanced: None,
-        make: Make::Whole(atrium::atrium),
-    },
-    Demo {
-        name: "caustic-sphere",
-        sizes: Some(Sizes { least: 1_000, most: 1_000_000_000 }),
-        texture_bytes: None,
-        instanced: None,
-        make: Make::Whole(caustic_sphere::caustic_sphere),
-    },
-    Demo {
-        name: "city",
-        sizes: Some(Sizes { least: 200_000, most: 20_000_000_000 }),
-        texture_bytes: None,
         instanced: Some(city::size),
-        make: Make::Pieces(city::city),
+        ..Demo::sized("city", 200_000, 20_000_000_000, Make::Pieces(city::city))
     },
+    Demo::new("cornell", Make::Whole(cornell::cornell)),
+    Demo::sized("plant", 400_000, 1_000_000_000, Make::Pieces(plant::plant)),
+    Demo::sized("statue", 20_000, 4_000_000_000, Make::Whole(statue::statue)),
+    Demo::new("still-life", Make::Whole(still_life::still_life)),
+    Demo::sized("terrain", 20_000, 4_000_000_000, Make::Pieces(terrain::terrain)),
     Demo {
-        name: "cornell",
-        sizes: None,
-        texture_bytes: None,
-        instanced: None,
-        make: Make::Whole(cornell::cornell),
-    },
-    Demo {
-        name: "plant",
-        sizes: Some(Sizes { least: 400_000, most: 1_000_000_000 }),
-        texture_bytes: None,
-        instanced: None,
-        make: Make::Pieces(plant::plant),
-    },
-    Demo {
-        name: "statue",
-        sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
-        texture_bytes: None,
-        instanced: None,
-        make: Make::Whole(statue::statue),
-    },
-    Demo {
-        name: "still-life",
-        sizes: None,
-        texture_bytes: None,
-        instanced: None,
-        make: Make::Whole(still_life::still_life),
-    },
-    Demo {
-        name: "terrain",
-        sizes: Some(Sizes { least: 20_000, most: 4_000_000_000 }),
-        texture_bytes: None,
-        instanced: None,
-        make: Make::Pieces(terrain::terrain),
-    },
-    Demo {
-        name: "textured-hall",
-        sizes: None,
         texture_bytes: Some(textured_hall::TEXTURE_BYTES),
-        instanced: None,
-        make: Make::Pieces(textured_hall::textured_hall),
+        ..Demo::new("textured-hall", Make::Pieces(textured_hall::textured_hall))
     },
 ];
 

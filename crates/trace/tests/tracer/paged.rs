@@ -135,36 +135,47 @@ fn scenes() -> Vec<(&'static str, Scene)> {
 }
 
 fn check(name: &str, scene: &Scene, (level, top): (Level, TopLevel), slots: usize) {
-    let paged = Paged::new(scene, level, top);
-    let resident = tracer(scene, level);
     let mut random = Random(slots as u64 + 1);
     let alone = rays_at(&mut random, 400, Vec3::ZERO, 1.0);
     let rays: Vec<Ray> = [beams(&mut random, &alone[..12]), alone].concat();
+    check_rays(name, scene, (level, top), (slots, 0), &rays);
+}
+
+/// Traces rays through pages of which the first `there` are in memory at the beginning.
+fn check_rays(
+    name: &str,
+    scene: &Scene,
+    (level, top): (Level, TopLevel),
+    (slots, there): (usize, usize),
+    rays: &[Ray],
+) {
+    let paged = Paged::new(scene, level, top);
+    let resident = tracer(scene, level);
     for filtered in [false, true] {
         let filter = filtered.then_some(&Thirds as &dyn PagedFilter);
         let mut pager = Careless {
             paged: &paged,
             random: Random(7 * slots as u64 + 3),
             slots,
-            resident: BTreeSet::new(),
+            resident: (0..paged.pages.len().min(there) as u32).collect(),
             known: BTreeSet::new(),
             fetches: 0,
             most_fetches: 400 * paged.pages.len(),
         };
-        let (mut expected, mut hidden) = (closest(&resident, &rays), occluded(&resident, &rays));
+        let (mut expected, mut hidden) = (closest(&resident, rays), occluded(&resident, rays));
         if filtered {
-            resident.closest(&rays, &Thirds, &mut expected);
-            resident.occluded(&rays, &Thirds, &mut hidden);
+            resident.closest(rays, &Thirds, &mut expected);
+            resident.occluded(rays, &Thirds, &mut hidden);
         }
         assert!(expected.iter().filter(|hit| hit.is_hit()).count() > 100, "{name}");
         let (mut batch, mut hits, mut places) = (PagedBatch::default(), Vec::new(), Vec::new());
         let take = |_, hit: &Hit, found: &Found| (hits.push(*hit), places.push(*found)).0;
-        batch.closest(&paged.tracer, &mut pager, &rays, filter, take).expect("ends");
+        batch.closest(&paged.tracer, &mut pager, rays, filter, take).expect("ends");
         assert_eq!(hits, expected, "{name}, {slots}, {filtered}");
         assert!(pager.fetches > 0, "pages did come");
         check_places(scene, &paged, &hits, &places);
         let mut answers = vec![false; rays.len()];
-        batch.occluded(&paged.tracer, &mut pager, &rays, filter, &mut answers).expect("ends");
+        batch.occluded(&paged.tracer, &mut pager, rays, filter, &mut answers).expect("ends");
         assert_eq!(answers, hidden, "{name}, {slots}, {filtered}");
     }
 }
@@ -188,6 +199,15 @@ fn hits_do_not_depend_on_which_pages_are_in_memory() {
                 check(name, &scene, (level, TopLevel::Tree), slots);
             }
         }
+    }
+}
+
+/// More rays than see the same pages: some leave between one ray and the next before any ray has waited.
+#[test]
+fn nor_on_pages_that_leave_in_the_first_pass() {
+    let rays = rays_at(&mut Random(5), 7000, Vec3::ZERO, 1.0);
+    for (name, scene) in scenes() {
+        check_rays(name, &scene, (Level::detect(), TopLevel::Tree), (50, usize::MAX), &rays);
     }
 }
 

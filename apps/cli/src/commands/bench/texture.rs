@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &Texture, common: &Common) -> Result<Exit, Error> {
     let Some(stored) = stored else {
         return Err(Error::usage(
             "no texture is in tiles",
-            &arguments.scene.scene,
+            arguments.scene.shown(),
             "pack a scene with large textures",
         ));
     };

@@ -5,7 +5,7 @@ mod server;
 #[cfg(test)]
 mod tests;
 
-use super::{Source, SourceError};
+use super::{Source, SourceError, shown};
 use futures_util::StreamExt;
 use object_store::aws::AmazonS3Builder;
 use object_store::http::HttpBuilder;
@@ -65,12 +65,8 @@ impl ObjectSource {
     /// # Errors
     /// If the address is none of these, or the environment has what contradicts it.
     pub fn open(address: &str, config: ObjectConfig) -> Result<Self, SourceError> {
-        let parsed = Url::parse(address).map_err(|error| wrong(shown(address), &error.to_string()))?;
-        let mut name = parsed.clone();
-        name.set_query(None);
-        // Addresses that cannot have these have none.
-        let _ = (name.set_password(None), name.set_username(""));
-        let name = name.to_string();
+        let name = shown(address).into_owned();
+        let parsed = Url::parse(address).map_err(|error| wrong(&name, &error.to_string()))?;
         // Another provider that is there already is as good.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let store = store_of(&parsed, &name, config)?;
@@ -147,11 +143,6 @@ fn store_of(address: &Url, name: &str, config: ObjectConfig) -> Result<Arc<dyn O
         }
         other => Err(wrong(name, &format!("addresses with {other}: are not known"))),
     }
-}
-
-/// An address without its query.
-fn shown(address: &str) -> &str {
-    address.split('?').next().unwrap_or_default()
 }
 
 fn wrong(name: &str, what: &str) -> SourceError {

@@ -10,7 +10,7 @@ mod modules;
 
 use super::builder::Builder;
 use super::{DemoSize, GenerateOptions, textures};
-use crate::{Camera, Environment, Piece, PieceInstance, SceneStream, Sky};
+use crate::{Camera, Environment, Piece, PieceInstance, SceneDesc, SceneStream, Sky};
 use std::ops::Range;
 use vastlight_math::{Affine3, Vec3};
 
@@ -21,9 +21,7 @@ const AT_A_TIME: u64 = 1_000_000;
 
 /// The scene.
 pub(super) fn city(options: &GenerateOptions) -> SceneStream {
-    let mut b = Builder::default();
-    let kit = modules::Kit::new(&mut b, options.seed);
-    let mut desc = b.desc;
+    let (mut desc, empty) = parts(options);
     desc.environment = Some(Environment::Sky(Sky {
         sun_azimuth: -2.25,
         sun_elevation: 0.52,
@@ -36,9 +34,7 @@ pub(super) fn city(options: &GenerateOptions) -> SceneStream {
     desc.cameras.push(Camera::look_at("above the street", eye, target, 46_f32.to_radians()));
     let meshes = std::mem::take(&mut desc.meshes);
     desc.names = meshes.iter().map(|mesh| mesh.name.clone()).collect();
-    let triangles: Vec<u64> = meshes.iter().map(|mesh| mesh.triangles.len() as u64).collect();
-    let unique = triangles.iter().sum();
-    let empty = Site::new(kit, triangles, options.triangles.unwrap_or(USUAL));
+    let unique = empty.triangles.iter().sum();
     let counts = empty.clone().laid_out(0..0, options.seed).counts;
     let mut meshes = meshes.into_iter();
     let seed = options.seed;
@@ -52,12 +48,18 @@ pub(super) fn city(options: &GenerateOptions) -> SceneStream {
 
 /// How large the scene will be.
 pub(super) fn size(options: &GenerateOptions) -> DemoSize {
+    let (_, empty) = parts(options);
+    let triangles = empty.triangles.iter().sum();
+    DemoSize { triangles, instances: empty.laid_out(0..0, options.seed).counts.iter().sum() }
+}
+
+/// A description with the meshes that the city is put together from, and the site where nothing stands yet.
+fn parts(options: &GenerateOptions) -> (SceneDesc, Site) {
     let mut b = Builder::default();
     let kit = modules::Kit::new(&mut b, options.seed);
-    let triangles: Vec<u64> = b.desc.meshes.iter().map(|mesh| mesh.triangles.len() as u64).collect();
-    let unique = triangles.iter().sum();
-    let site = Site::new(kit, triangles, options.triangles.unwrap_or(USUAL)).laid_out(0..0, options.seed);
-    DemoSize { triangles: unique, instances: site.counts.iter().sum() }
+    let triangles = b.desc.meshes.iter().map(|mesh| mesh.triangles.len() as u64).collect();
+    let site = Site::new(kit, triangles, options.triangles.unwrap_or(USUAL));
+    (b.desc, site)
 }
 
 /// Runs of meshes with at most [`AT_A_TIME`] placements, or of one mesh.
