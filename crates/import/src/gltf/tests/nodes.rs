@@ -1,7 +1,7 @@
 //! Nodes, instances, scenes, cameras, lights.
 
 use super::builder::{Builder, load_bytes};
-use crate::LoadOptions;
+use crate::{LoadOptions, gltf};
 use serde_json::json;
 use vastlight_math::Vec3;
 use vastlight_scene::{Environment, LightKind, Projection, Sky};
@@ -63,6 +63,10 @@ fn gpu_instances_stand_relative_to_their_node() {
     assert_eq!((desc.meshes.len(), desc.instances.len()), (1, 2));
     assert_eq!((origin(&desc, 0), origin(&desc, 1)), (Vec3::new(1.0, 5.0, 0.0), Vec3::new(2.0, 5.0, 0.0)));
     assert_eq!(desc.instances[1].world_from_object.transform_vector3(Vec3::X), Vec3::new(3.0, 0.0, 0.0));
+    let file = tempfile::NamedTempFile::with_suffix(".glb").expect("a file");
+    std::fs::write(&file, builder.glb()).expect("written");
+    let size = gltf::file_size(file.path(), &LoadOptions::default()).expect("read");
+    assert_eq!(size.instances, 2, "known before they are read");
     builder.json["accessors"][scales]["count"] = json!(1);
     assert!(builder.error().contains("different counts"));
 }
