@@ -62,7 +62,8 @@ macro_rules! kernel {
 pub(crate) use kernel;
 
 /// Parts that several kernels share.
-const SHARED: [(&str, &str); 12] = [
+const SHARED: [(&str, &str); 15] = [
+    ("accept_all", include_str!("wgsl/shared/accept_all.wgsl")),
     ("compact", include_str!("wgsl/shared/compact.wgsl")),
     ("group", include_str!("wgsl/shared/group.wgsl")),
     ("group_scan", include_str!("wgsl/shared/group_scan.wgsl")),
@@ -75,6 +76,8 @@ const SHARED: [(&str, &str); 12] = [
     ("runs", include_str!("wgsl/shared/runs.wgsl")),
     ("select_count", include_str!("wgsl/shared/select_count.wgsl")),
     ("select_emit", include_str!("wgsl/shared/select_emit.wgsl")),
+    ("walk", include_str!("wgsl/shared/walk.wgsl")),
+    ("wide_number", include_str!("wgsl/shared/wide_number.wgsl")),
 ];
 
 /// Every kernel.

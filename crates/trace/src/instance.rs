@@ -51,6 +51,16 @@ impl Placed {
         Self { rows, mesh, identity }
     }
 
+    /// Rows of the map from the world to the mesh's scaled space.
+    pub(crate) fn rows(&self) -> &[[f32; 4]; 3] {
+        &self.rows
+    }
+
+    /// Whether the map changes nothing.
+    pub(crate) fn is_identity(&self) -> bool {
+        self.identity
+    }
+
     /// Origin and direction of a world ray in the mesh's scaled space.
     #[inline(always)]
     pub(crate) fn map_ray(&self, origin: Vec3, direction: Vec3) -> (Vec3, Vec3) {

@@ -21,6 +21,7 @@ mod tracer;
 mod tree;
 mod usage;
 mod walk;
+pub mod words;
 
 pub use hit::{AcceptAll, Hit, HitFilter};
 pub use mesh::Layout;

@@ -67,6 +67,9 @@ pub enum TraceError {
     /// A grid over meshes that are not in pages.
     #[error("a grid needs meshes in pages: the compact layout, or a store")]
     Grid,
+    /// The structures cannot be handed to a device.
+    #[error("the structures cannot be had as words: {0}")]
+    Words(&'static str),
     /// A structure that has but one layout was asked for another.
     #[error("{accel} has no {layout} layout")]
     Layout {
@@ -110,7 +113,7 @@ pub struct BuildReport {
 pub struct Tracer {
     pub(crate) meshes: Vec<MeshTree>,
     /// The pages of all meshes, where they are in memory for good.
-    pages: Table,
+    pub(crate) pages: Table,
     pub(crate) places: Places,
     /// Over instances, or in the cells of the grid.
     pub(crate) top: InstanceBvh,

@@ -1,15 +1,14 @@
-//! Closest hits on the software adapter against every triangle tested on the CPU.
+//! Hits on the software adapter against the CPU's.
 
 use crate::common::software;
-use vastlight_accel::compact::CompactMesh;
-use vastlight_accel::triangle::intersect;
-use vastlight_accel::wide::{Block8, MeshBvh, MeshView};
-use vastlight_accel::{BuildConfig, Scratch, ray::ScaledRay};
-use vastlight_gpu::trace::{DeviceHit, DeviceMesh, DeviceRay, MAX_RAYS, record_closest};
+use vastlight_gpu::trace::{
+    DeviceTracer, MAX_RAYS, hits_of_words, ray_words, record_closest, record_occluded,
+};
 use vastlight_gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError, Recording};
-use vastlight_math::Vec3;
 use vastlight_math::rng::{hash_words, unit_f32};
-use vastlight_simd::Portable;
+use vastlight_math::{Affine3, Mat3, Quat, Ray, Vec3};
+use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
+use vastlight_trace::{AcceptAll, Hit, Layout, Tracer, TracerConfig};
 
 /// Numbers in [0, 1).
 fn noise(i: usize, salt: u32) -> f32 {
@@ -22,195 +21,225 @@ fn point(i: usize, salt: u32) -> Vec3 {
     Vec3::new(axis(0), axis(1), axis(2))
 }
 
-struct Mesh {
-    positions: Vec<Vec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Mesh {
-    /// Separate triangles of this size, a power of two.
-    fn soup(count: usize, size: f32) -> Self {
-        let corner = |i: usize| point(i / 3, 1) + point(i, 10) * size;
-        let triangle = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2];
-        Self {
-            positions: (0..3 * count).map(corner).collect(),
-            triangles: (0..count as u32).map(triangle).collect(),
-        }
-    }
-
-    /// A bumpy sheet between -1 and 1 whose triangles share vertices; its rays go through edges and corners too.
-    fn sheet(side: usize) -> Self {
-        let at = |i: usize| i as f32 / 32.0 - 1.0;
-        let height = |i: usize| ((i % side * 7 + i / side * 13) % 32) as f32 / 256.0;
-        let quad = |i: usize| {
-            let a = (i / (side - 1) * side + i % (side - 1)) as u32;
-            let (b, c) = (a + 1, a + side as u32);
-            [[a, b, c], [b, c + 1, c]]
-        };
-        Self {
-            positions: (0..side * side).map(|i| Vec3::new(at(i % side), height(i), at(i / side))).collect(),
-            triangles: (0..(side - 1) * (side - 1)).flat_map(quad).collect(),
-        }
-    }
-
-    fn view(&self) -> MeshView<'_> {
-        MeshView { positions: &self.positions, triangles: &self.triangles }
-    }
-
-    /// On the device, in pages of these bytes.
-    fn pack(&self, executor: &mut Executor, page_bytes: usize) -> (DeviceMesh, CompactMesh) {
-        let (wide, _) = MeshBvh::build("", &self.view(), &BuildConfig::default(), &mut Scratch::default())
-            .expect("built");
-        let (compact, pages) = CompactMesh::pack(&wide, page_bytes).expect("on a lattice");
-        (DeviceMesh::new(executor, &compact, &pages).expect("fits"), compact)
-    }
-
-    /// The closest hit among all triangles.
-    fn closest(&self, compact: &CompactMesh, origin: Vec3, direction: Vec3) -> Option<(f32, u32)> {
-        let (_, ray) = ScaledRay::new(origin * compact.scale, direction * compact.scale)?
-            .for_triangles(compact.extent)?;
-        let mut best: Option<(f32, u32)> = None;
-        for (i, some) in self.triangles.chunks(8).enumerate() {
-            let corners = |t: &[u32; 3]| t.map(|v| self.positions[v as usize] * compact.scale);
-            let numbered = some.iter().enumerate().map(|(lane, t)| ((8 * i + lane) as u32, corners(t)));
-            let block = Block8::new(numbered);
-            let hits = intersect(Portable, &block, &ray);
-            for lane in (0..8).filter(|lane| hits.lanes >> lane & 1 == 1) {
-                let found = (hits.t[lane], block.prims[lane]);
-                if found.0 >= 0.0 && best.is_none_or(|best| found < best) {
-                    best = Some(found);
-                }
-            }
-        }
-        best
+/// Separate triangles of this size, a power of two, by axis.
+fn soup(count: usize, size: Vec3) -> Mesh {
+    let corner = |i: usize| point(i / 3, 1) + point(i, 10) * size;
+    let triangle = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2];
+    Mesh {
+        positions: (0..3 * count).map(corner).collect(),
+        triangles: (0..count as u32).map(triangle).collect(),
+        ..Mesh::default()
     }
 }
 
-fn trace(executor: &mut Executor, mesh: &DeviceMesh, rays: &[DeviceRay]) -> Vec<Option<DeviceHit>> {
-    let words: Vec<[f32; 8]> = rays.iter().map(|ray| ray.words).collect();
+/// A bumpy sheet between -1 and 1 whose triangles share vertices; its rays go through edges and corners too.
+fn sheet(side: usize) -> Mesh {
+    let at = |i: usize| i as f32 / 32.0 - 1.0;
+    let height = |i: usize| ((i % side * 7 + i / side * 13) % 32) as f32 / 256.0;
+    let quad = |i: usize| {
+        let a = (i / (side - 1) * side + i % (side - 1)) as u32;
+        let (b, c) = (a + 1, a + side as u32);
+        [[a, b, c], [b, c + 1, c]]
+    };
+    Mesh {
+        positions: (0..side * side).map(|i| Vec3::new(at(i % side), height(i), at(i / side))).collect(),
+        triangles: (0..(side - 1) * (side - 1)).flat_map(quad).collect(),
+        ..Mesh::default()
+    }
+}
+
+fn scene(meshes: Vec<Mesh>, places: &[(u32, Affine3)]) -> Scene {
+    let instance =
+        |&(mesh, world_from_object): &(u32, Affine3)| Instance { world_from_object, mesh, name: 0 };
+    let instances = places.iter().map(instance).collect();
+    Scene::new(SceneDesc { meshes, instances, names: vec![String::new()], ..SceneDesc::default() })
+        .expect("a scene")
+}
+
+fn alone(mesh: Mesh) -> Scene {
+    scene(vec![mesh], &[(0, Affine3::IDENTITY)])
+}
+
+/// Many instances: turned, stretched, mirrored, and some in the same place.
+fn crowd() -> Scene {
+    let place = |i: usize| {
+        let turn = Quat::from_axis_angle(point(i, 30).normalize(), noise(i, 31) * 6.0);
+        let size = Vec3::new(0.1 + noise(i, 32), 0.3, if i.is_multiple_of(3) { -0.4 } else { 0.4 });
+        let linear = Mat3::from_quat(turn) * Mat3::from_diagonal(size * 0.5);
+        let at = point(i - i % 7 / 6, 40) * 2.0;
+        ((i % 2) as u32, Affine3::from_mat3_translation(linear, at))
+    };
+    let mut places: Vec<_> = (0..80).map(place).collect();
+    places.extend([(0, Affine3::IDENTITY), (0, Affine3::IDENTITY), (1, Affine3::IDENTITY)]);
+    scene(vec![sheet(65), soup(300, Vec3::splat(0.25))], &places)
+}
+
+fn tracer(scene: &Scene, layout: Layout) -> Tracer {
+    Tracer::new(scene, &TracerConfig { layout, ..TracerConfig::default() }).expect("built")
+}
+
+fn on_device(executor: &mut Executor, scene: &Scene) -> DeviceTracer {
+    let words = tracer(scene, Layout::Compact).words().expect("compact");
+    DeviceTracer::new(executor, &words).expect("fits")
+}
+
+fn closest(executor: &mut Executor, tracer: &DeviceTracer, rays: &[Ray]) -> Vec<Hit> {
     let mut recording = Recording::new();
-    let input = recording.upload("rays", &words);
     let count = rays.len() as u32;
-    let hits = record_closest(&mut recording, mesh, input, count).expect("few");
-    let hits = recording.download(hits, 4 * u64::from(count));
-    DeviceHit::from_words(&executor.run(&recording).expect("runs").words(hits))
+    let input = recording.upload("rays", &rays.iter().map(ray_words).collect::<Vec<_>>());
+    let hits = record_closest(&mut recording, tracer, input, count).expect("few");
+    let hits = recording.download(hits, 5 * u64::from(count));
+    hits_of_words(&executor.run(&recording).expect("runs").words(hits))
 }
 
-/// Rays from all over, into all directions, and some along axes through lattice points.
-fn rays(count: usize) -> Vec<(Vec3, Vec3)> {
+fn occluded(executor: &mut Executor, tracer: &DeviceTracer, rays: &[Ray]) -> Vec<bool> {
+    let mut recording = Recording::new();
+    let count = rays.len() as u32;
+    let input = recording.upload("rays", &rays.iter().map(ray_words).collect::<Vec<_>>());
+    let blocked = record_occluded(&mut recording, tracer, input, count).expect("few");
+    let blocked = recording.download(blocked, u64::from(count));
+    executor.run(&recording).expect("runs").words(blocked).iter().map(|&word| word == 1).collect()
+}
+
+fn ray(origin: Vec3, direction: Vec3) -> Ray {
+    Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY, time: 0.0 }
+}
+
+/// Rays from all over, into all directions, some along axes through lattice points, some short.
+fn rays(count: usize) -> Vec<Ray> {
     let ray = |i: usize| match i % 8 {
-        0 => (Vec3::new(point(i, 3).x, 3.0, point(i, 3).z), -Vec3::Y),
-        1 => (Vec3::new((i % 64) as f32 / 32.0 - 1.0, 2.0, (i % 61) as f32 / 32.0 - 1.0), -Vec3::Y),
-        2 => (point(i, 5) * 50.0, -point(i, 5)),
-        _ => (point(i, 7) * 2.0, point(i, 9)),
+        0 => ray(Vec3::new(point(i, 3).x, 3.0, point(i, 3).z), -Vec3::Y),
+        1 => ray(Vec3::new((i % 64) as f32 / 32.0 - 1.0, 2.0, (i % 61) as f32 / 32.0 - 1.0), -Vec3::Y),
+        2 => ray(point(i, 5) * 50.0, -point(i, 5)),
+        3 => Ray { t_min: 0.5, t_max: 1.0 + noise(i, 6), ..ray(point(i, 7), point(i, 9)) },
+        _ => ray(point(i, 7) * 2.0, point(i, 9)),
     };
     (0..count).map(ray).collect()
 }
 
-/// Rays whose answers differ, of those traced.
-fn differences(executor: &mut Executor, mesh: &Mesh, page_bytes: usize, seen: &Mesh) -> (usize, usize) {
-    let (device, compact) = mesh.pack(executor, page_bytes);
-    let rays = rays(3000);
-    let on_device: Vec<DeviceRay> = rays.iter().map(|&(o, d)| device.ray(o, d, f32::INFINITY)).collect();
-    let hits = trace(executor, &device, &on_device);
-    let (mut differ, mut met) = (0, 0);
-    for (&(origin, direction), hit) in rays.iter().zip(&hits) {
-        let expected = seen.closest(&compact, origin, direction);
-        met += usize::from(expected.is_some());
-        let same_prim = expected.map(|e| e.1) == hit.map(|hit| hit.prim);
-        let same_t = expected.zip(*hit).is_none_or(|(e, hit)| (e.0 - hit.t).abs() <= 1e-5 * e.0.max(1e-2));
-        differ += usize::from(!same_prim || !same_t);
-    }
+/// How many answers differ, closest or occlusion, and how many rays hit.
+fn differences(executor: &mut Executor, scene: &Scene, seen: &Scene, rays: &[Ray]) -> (usize, usize) {
+    let device = on_device(executor, scene);
+    let found = closest(executor, &device, rays);
+    let blocked = occluded(executor, &device, rays);
     device.release(executor);
+    let mut expected = vec![Hit::MISS; rays.len()];
+    tracer(seen, Layout::Wide).closest(rays, &AcceptAll, &mut expected);
+    let (mut differ, mut met) = (0, 0);
+    for ((expected, found), &blocked) in expected.iter().zip(&found).zip(&blocked) {
+        let near = |a: f32, b: f32| (a - b).abs() <= 1e-5 * a.abs().max(1e-2);
+        let same = (expected.instance, expected.prim) == (found.instance, found.prim)
+            && (!expected.is_hit() || near(expected.t, found.t) && (expected.u - found.u).abs() < 1e-3);
+        differ += usize::from(!same) + usize::from(blocked != expected.is_hit());
+        met += usize::from(expected.is_hit());
+    }
     (differ, met)
 }
 
 #[test]
-fn closest_hits_are_those_of_the_cpu() {
+fn hits_are_those_of_the_cpu() {
     let Some(mut executor) = software() else { return };
-    for (mesh, least) in [
-        (Mesh::soup(1, 1.0), 20),
-        (Mesh::soup(9, 1.0), 100),
-        (Mesh::soup(3000, 0.0625), 500),
-        (Mesh::sheet(65), 500),
+    for (scene, least) in [
+        (alone(soup(1, Vec3::ONE)), 20),
+        (alone(soup(9, Vec3::ONE)), 100),
+        (alone(soup(3000, Vec3::splat(0.0625))), 500),
+        (alone(sheet(65)), 1500),
+        (crowd(), 4000),
     ] {
-        for page_bytes in [1 << 10, CompactMesh::SLOT] {
-            let (differ, met) = differences(&mut executor, &mesh, page_bytes, &mesh);
-            assert!(met >= least, "{met} hits of {} triangles", mesh.triangles.len());
-            assert_eq!(differ, 0, "{} triangles in pages of {page_bytes}", mesh.triangles.len());
-        }
+        let (differ, met) = differences(&mut executor, &scene, &scene, &rays(12_000));
+        assert!(met >= least, "{met} hits");
+        assert_eq!(differ, 0, "{} instances", scene.instances().len());
     }
 }
 
+/// Rays almost in the planes of the triangles at which they aim.
 #[test]
-fn a_mesh_that_differs_is_found() {
+fn triangles_seen_edge_on_are_settled_as_on_the_cpu() {
     let Some(mut executor) = software() else { return };
-    let mut other = Mesh::sheet(65);
+    let scene = alone(soup(400, Vec3::ONE));
+    let mesh = &scene.meshes()[0];
+    let aimed = |i: usize| {
+        let [a, b, c] = mesh.corners((i % 400) as u32);
+        let (along, normal) = ((b - a).normalize(), (b - a).cross(c - a).normalize());
+        let target = a + (b - a) * 0.5 * noise(i, 3) + (c - a) * 0.5 * noise(i, 4);
+        let direction = along + normal * [1e-3, 1e-4, 1e-5, 1e-6][i / 400 % 4];
+        ray(target - direction * noise(i, 5), direction)
+    };
+    let rays: Vec<Ray> = (0..12_000).map(aimed).collect();
+    let (differ, met) = differences(&mut executor, &scene, &scene, &rays);
+    assert!(met > 10_000, "{met}");
+    assert_eq!(differ, 0);
+}
+
+#[test]
+fn a_scene_that_differs_is_found() {
+    let Some(mut executor) = software() else { return };
+    let mut other = sheet(65);
     other.positions[1000].y += 1.0 / 256.0;
-    let (differ, _) = differences(&mut executor, &Mesh::sheet(65), CompactMesh::SLOT, &other);
+    let (differ, _) = differences(&mut executor, &alone(sheet(65)), &alone(other), &rays(3000));
     assert!(differ > 0);
 }
 
 #[test]
-fn rays_that_cannot_hit_and_meshes_of_nothing_are_misses() {
+fn rays_that_cannot_hit_and_scenes_of_nothing_are_misses() {
     let Some(mut executor) = software() else { return };
-    let (nothing, _) = Mesh { positions: vec![], triangles: vec![] }.pack(&mut executor, 1 << 12);
-    let down = nothing.ray(Vec3::Y, -Vec3::Y, 1e9);
-    assert_eq!(trace(&mut executor, &nothing, &[down]), [None]);
-    let (sheet, _) = Mesh::sheet(65).pack(&mut executor, 1 << 12);
+    let nothing = on_device(&mut executor, &alone(Mesh::default()));
+    let down = ray(Vec3::Y * 2.0, -Vec3::Y);
+    assert_eq!(closest(&mut executor, &nothing, &[down]), [Hit::MISS]);
+    let sheet = on_device(&mut executor, &alone(sheet(65)));
     let odd = [Vec3::NAN, Vec3::INFINITY, Vec3::ZERO, Vec3::splat(f32::NEG_INFINITY)];
-    let odd: Vec<DeviceRay> = odd.iter().map(|d| sheet.ray(Vec3::Y * 2.0, *d, f32::INFINITY)).collect();
-    assert_eq!(trace(&mut executor, &sheet, &odd), [None; 4]);
+    let odd: Vec<Ray> = odd.iter().map(|&direction| ray(Vec3::Y * 2.0, direction)).collect();
+    assert_eq!(closest(&mut executor, &sheet, &odd), [Hit::MISS; 4]);
+    assert_eq!(occluded(&mut executor, &sheet, &odd), [false; 4]);
     // The sheet is nearer than 2 and further away than 1.
-    let near = [1.0, 2.5].map(|t_max| sheet.ray(Vec3::new(0.1, 2.0, 0.1), -Vec3::Y, t_max));
-    let hits = trace(&mut executor, &sheet, &near);
-    assert!(hits[0].is_none() && hits[1].is_some());
-    assert_eq!(trace(&mut executor, &sheet, &[]), []);
+    let near = [1.0, 2.5].map(|t_max| Ray { t_max, ..ray(Vec3::new(0.1, 2.0, 0.1), -Vec3::Y) });
+    let hits = closest(&mut executor, &sheet, &near);
+    assert!(!hits[0].is_hit() && hits[1].is_hit());
+    assert_eq!(closest(&mut executor, &sheet, &[]), []);
 }
 
 #[test]
 fn directions_of_any_length_hit_at_the_same_place() {
     let Some(mut executor) = software() else { return };
-    let (sheet, _) = Mesh::sheet(65).pack(&mut executor, 1 << 14);
+    let sheet = on_device(&mut executor, &alone(sheet(65)));
     let t = [1e-30_f32, 1e-8, 1.0, 1e8, 1e30].map(|length| {
-        let ray = sheet.ray(Vec3::new(0.1, 2.0, 0.1), -Vec3::Y * length, f32::INFINITY);
-        let hit = trace(&mut executor, &sheet, &[ray])[0].expect("a hit");
-        hit.t * ray.t_scale * length
+        let ray = ray(Vec3::new(0.1, 2.0, 0.1), -Vec3::Y * length);
+        closest(&mut executor, &sheet, &[ray])[0].t * length
     });
     assert!(t.iter().all(|other| (other - t[2]).abs() < 1e-5), "{t:?}");
 }
 
 #[test]
-fn pages_that_are_missing_or_do_not_fit_are_errors_and_leave_nothing() {
-    let Some(mut shared) = software() else { return };
-    let (wide, _) =
-        MeshBvh::build("", &Mesh::sheet(65).view(), &BuildConfig::default(), &mut Scratch::default())
-            .expect("built");
-    let (compact, mut pages) = CompactMesh::pack(&wide, 1 << 12).expect("on a lattice");
-    let missing = DeviceMesh::new(&mut shared, &compact, &pages[1..]).expect_err("one too few");
-    assert!(matches!(missing, GpuError::Rejected { .. }), "{missing}");
+fn what_does_not_fit_is_an_error_and_leaves_nothing() {
+    let Some(shared) = software() else { return };
     drop(shared);
+    let scene = alone(sheet(65));
+    let mut words = tracer(&scene, Layout::Compact).words().expect("compact");
+    assert!(tracer(&scene, Layout::Wide).words().is_err());
 
     let device = Drivers::load().open(DeviceChoice::Software).expect("as before");
     let binding = device.adapter().limits.binding_bytes;
     let config = ExecutorConfig { budget_bytes: 40_960, ..ExecutorConfig::default() };
     let mut small = Executor::new(device, config);
-    let full = DeviceMesh::new(&mut small, &compact, &pages).expect_err("more than the budget");
+    let full = DeviceTracer::new(&mut small, &words).expect_err("more than the budget");
     assert!(matches!(full, GpuError::OutOfMemory { .. }), "{full}");
     let all_of_it = small.allocate("all of the budget", 40_960).expect("nothing else stays");
     small.release(all_of_it);
 
-    pages[0].bytes.resize(binding as usize, 0);
-    let wide = DeviceMesh::new(&mut small, &compact, &pages).expect_err("more than a binding");
+    words.pages.resize(binding as usize / 4 + 1, 0);
+    let wide = DeviceTracer::new(&mut small, &words).expect_err("more than a binding");
     assert!(matches!(wide, GpuError::Limit { limit, .. } if limit == binding), "{wide}");
+    words.levels = 100;
+    let deep = DeviceTracer::new(&mut small, &words).expect_err("too deep");
+    assert!(matches!(deep, GpuError::Limit { wanted: 702, .. }), "{deep}");
 }
 
 #[test]
 fn batches_beyond_one_dispatch_are_refused() {
     let Some(mut executor) = software() else { return };
-    let (mesh, _) = Mesh::soup(1, 1.0).pack(&mut executor, 1 << 12);
+    let tracer = on_device(&mut executor, &alone(soup(1, Vec3::ONE)));
     let mut recording = Recording::new();
     let rays = recording.buffer("rays", 8);
-    let error = record_closest(&mut recording, &mesh, rays, MAX_RAYS + 1).expect_err("too many");
+    let error = record_closest(&mut recording, &tracer, rays, MAX_RAYS + 1).expect_err("too many");
     assert!(matches!(error, GpuError::Limit { .. }), "{error}");
 }

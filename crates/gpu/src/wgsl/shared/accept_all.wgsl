@@ -1,0 +1,5 @@
+// Every hit counts.
+
+fn accepts(hit: Hit) -> bool {
+    return true;
+}
