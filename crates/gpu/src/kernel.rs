@@ -62,9 +62,11 @@ macro_rules! kernel {
 pub(crate) use kernel;
 
 /// Parts that several kernels share.
-const SHARED: [(&str, &str); 15] = [
+const SHARED: &[(&str, &str)] = &[
     ("accept_all", include_str!("wgsl/shared/accept_all.wgsl")),
+    ("bsdf_params", include_str!("wgsl/shared/path/bsdf_params.wgsl")),
     ("compact", include_str!("wgsl/shared/compact.wgsl")),
+    ("frame", include_str!("wgsl/shared/path/frame.wgsl")),
     ("group", include_str!("wgsl/shared/group.wgsl")),
     ("group_scan", include_str!("wgsl/shared/group_scan.wgsl")),
     ("page", include_str!("wgsl/shared/page.wgsl")),
@@ -73,10 +75,13 @@ const SHARED: [(&str, &str); 15] = [
     ("radix_emit", include_str!("wgsl/shared/radix_emit.wgsl")),
     ("radix_rank", include_str!("wgsl/shared/radix_rank.wgsl")),
     ("ray", include_str!("wgsl/shared/ray.wgsl")),
+    ("real", include_str!("wgsl/shared/path/real.wgsl")),
     ("runs", include_str!("wgsl/shared/runs.wgsl")),
     ("select_count", include_str!("wgsl/shared/select_count.wgsl")),
     ("select_emit", include_str!("wgsl/shared/select_emit.wgsl")),
+    ("tables", include_str!("wgsl/shared/path/tables.wgsl")),
     ("walk", include_str!("wgsl/shared/walk.wgsl")),
+    ("warp", include_str!("wgsl/shared/path/warp.wgsl")),
     ("wide_number", include_str!("wgsl/shared/wide_number.wgsl")),
 ];
 

@@ -26,6 +26,7 @@ mod texture;
 mod veil;
 mod vertex;
 mod wavefront;
+pub mod words;
 
 pub use bsdf::{Bsdf, BsdfParams, BsdfSample};
 pub use camera::{CameraRandom, CameraRays};

@@ -4,5 +4,6 @@ mod common;
 mod devices;
 mod executor;
 mod kernels;
+mod maths;
 mod primitives;
 mod trace;

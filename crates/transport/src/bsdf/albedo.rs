@@ -6,6 +6,7 @@
 //! `|n - 1| / (n + 1)` for each side of the interface. Values between nodes are interpolated linearly.
 
 use super::{fresnel, ggx::Ggx};
+use crate::words::Words;
 use std::sync::LazyLock;
 use vastlight_math::{Vec2, Vec3, sobol};
 
@@ -91,6 +92,15 @@ impl Tables {
             let side = &self.bounce_averages[usize::from(inside)][i];
             side[r].lerp(side[r + 1], fr)
         })
+    }
+
+    /// Appends all nodes, rows of the cosine last.
+    pub(crate) fn put(&self, words: &mut Words) {
+        self.full.iter().for_each(|row| words.f32s(row));
+        words.f32s(&self.full_average);
+        let mut put = |bounce: &Bounce| words.f32s(&[bounce.rise, bounce.loss]);
+        self.bounces.iter().flatten().flatten().flatten().for_each(&mut put);
+        self.bounce_averages.iter().flatten().flatten().for_each(&mut put);
     }
 
     fn new() -> Self {

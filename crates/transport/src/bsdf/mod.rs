@@ -22,6 +22,9 @@ mod tests;
 pub use dispersion::Wavelength;
 pub use reflectance::Metal;
 
+pub(crate) use albedo::tables as bounce_tables;
+pub(crate) use sheen::table as sheen_table;
+
 use layered::Layered;
 use vastlight_math::{Vec2, Vec3, warp};
 

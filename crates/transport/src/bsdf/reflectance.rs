@@ -28,6 +28,18 @@ impl Metal {
         }
         Self { index, normal: fresnel::conductor(1.0, &index), average: sum / STEPS as f32 }
     }
+
+    /// Its complex index of refraction.
+    #[must_use]
+    pub fn index(&self) -> Conductor {
+        self.index
+    }
+
+    /// Cosine-weighted mean of its reflectance over the hemisphere.
+    #[must_use]
+    pub fn average(&self) -> Vec3 {
+        self.average
+    }
 }
 
 /// What happens to light that meets a microfacet.

@@ -80,9 +80,10 @@ fn fit(x: f32, t: f32) -> f32 {
 }
 
 /// Albedo of white sheen by roughness and the square root of the cosine.
-type Table = [[f32; NODES]; NODES];
+pub(crate) type Table = [[f32; NODES]; NODES];
 
-fn table() -> &'static Table {
+/// The table; computed at the first call.
+pub(crate) fn table() -> &'static Table {
     static TABLE: LazyLock<Table> = LazyLock::new(|| {
         let axis = |i: usize| i as f32 / (NODES - 1) as f32;
         let roughness = |r| SMALLEST_ROUGHNESS + (1.0 - SMALLEST_ROUGHNESS) * axis(r);

@@ -1,0 +1,7 @@
+// The header of the binding `tables`: at these words stand the offsets of its sections, in words. As in
+// `vastlight-transport`, `words::tables`.
+
+const TABLES_ALBEDO: u32 = 0u;
+const TABLES_MATERIALS: u32 = 1u;
+const TABLES_INSTANCES: u32 = 2u;
+const TABLES_TEXTURES: u32 = 3u;
