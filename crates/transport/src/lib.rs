@@ -30,7 +30,7 @@ pub mod words;
 
 pub use bsdf::{Bsdf, BsdfParams, BsdfSample};
 pub use camera::{CameraRandom, CameraRays};
-pub use light::{LightSample, Lights, LightsReport};
+pub use light::{LightSample, Lights, LightsReport, Odds};
 pub use material::{Evaluated, MaterialTable, ShadingPoint, UV_SETS};
 pub use pages::{PagedGeometry, PagesError};
 pub use pixel_filter::{FilterSampler, PixelFilter};

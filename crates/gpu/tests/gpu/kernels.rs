@@ -1,5 +1,7 @@
 //! Every kernel without a device: valid WGSL, written by every back end, within WebGPU's limits, structs as in Rust.
 
+use crate::lights::LIGHTS_PROBE;
+use crate::maths::MATH_PROBE;
 use naga::back::{glsl, hlsl, msl, spv};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
@@ -17,13 +19,17 @@ fn parse(wgsl: &str) -> Result<(Module, ModuleInfo), String> {
     Ok((module, info))
 }
 
+/// A kernel with its module.
+type Parsed = (&'static Kernel, Module, ModuleInfo);
+
+fn parsed(kernel: &'static Kernel) -> Parsed {
+    let (module, info) = parse(&kernel.wgsl()).unwrap_or_else(|e| panic!("{}: {e}", kernel.name));
+    (kernel, module, info)
+}
+
 /// The kernels with their modules; there are some.
-fn kernels() -> Vec<(&'static Kernel, Module, ModuleInfo)> {
-    let parsed = all().into_iter().map(|kernel| {
-        let (module, info) = parse(&kernel.wgsl()).unwrap_or_else(|e| panic!("{}: {e}", kernel.name));
-        (kernel, module, info)
-    });
-    let parsed: Vec<_> = parsed.collect();
+fn kernels() -> Vec<Parsed> {
+    let parsed: Vec<_> = all().into_iter().map(parsed).collect();
     assert!(parsed.len() >= 13);
     parsed
 }
@@ -82,7 +88,9 @@ fn written<T, E: std::fmt::Debug>(outcome: Result<T, E>, kernel: &str, back_end:
 
 #[test]
 fn every_back_end_writes_every_kernel() {
-    for (kernel, module, info) in kernels() {
+    // Probes as well: they hold parts that kernels share.
+    let probes = [&MATH_PROBE, &LIGHTS_PROBE].map(parsed);
+    for (kernel, module, info) in kernels().into_iter().chain(probes) {
         let name = kernel.name;
         let words = spv::write_vec(&module, &info, &spv::Options::default(), None);
         assert!(written(words, name, "SPIR-V").len() > 50);

@@ -4,6 +4,8 @@ mod common;
 mod devices;
 mod executor;
 mod kernels;
+mod lights;
+mod lights_scenes;
 mod maths;
 mod primitives;
 mod trace;

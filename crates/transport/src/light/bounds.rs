@@ -4,6 +4,7 @@
 //! importance without trigonometric functions follows Pharr, Jakob and Humphreys 2023, "Physically based rendering",
 //! 4th edition, 12.6.3. Deviation: a triangle's own plane is tested exactly.
 
+use crate::words::Words;
 use vastlight_math::lanes::{LANES, Lanes, Lanes3};
 use vastlight_math::real::{acos, sin_cos};
 use vastlight_math::{Aabb, Vec3};
@@ -164,6 +165,14 @@ impl Node {
 
     pub(super) fn is_leaf(&self) -> bool {
         self.flags & LEAF != 0
+    }
+
+    pub(super) fn pack(&self, words: &mut Words) {
+        words.vec3(self.center);
+        words.f32(self.radius);
+        words.vec3(self.axis);
+        words.f32s(&[self.cos_cone, self.cos_emission, self.intensity, self.alignment]);
+        words.u32s(&[self.link, self.flags]);
     }
 
     /// An estimate of the irradiance at `from` on a surface facing `normal` (zero: facing any way); positive wherever

@@ -1,9 +1,10 @@
 //! The emissive triangles of a mesh, how strong they are, and a tree over them that instances may share.
 
 use super::bounds::{Cone, LightBounds};
-use super::tree::{Item, LightTree, NO_TRAIL};
+use super::tree::{Item, LightTree, NO_TRAIL, pack_trails};
 use super::triangle::TriangleLight;
 use crate::material::{MaterialTable, ShadingPoint};
+use crate::words::Words;
 use vastlight_math::{Aabb, Affine3, Vec2, Vec3, warp};
 use vastlight_scene::{Mesh, Scene};
 
@@ -91,6 +92,23 @@ impl EmissiveMesh {
         self.strengths.len() * 4 + self.shared.as_ref().map_or(0, |s| s.tree.bytes() + s.trails.len() * 8)
     }
 
+    /// Appends the runs and, of a mesh with a tree of its own, that tree, its trails and its triangles' corners. Gives
+    /// the words that name them: runs, how many, tree (two words), trails (0: no tree), corners.
+    pub(super) fn pack(&self, mesh: &Mesh, words: &mut Words) -> [u32; 6] {
+        let runs = words.offset();
+        self.runs.iter().for_each(|run| run.pack(words));
+        let count = self.runs.len() as u32;
+        let Some(shared) = &self.shared else { return [runs, count, 0, 0, 0, 0] };
+        let tree = shared.tree.pack(words);
+        let trails = words.offset();
+        pack_trails(&shared.trails, words);
+        let corners = words.offset();
+        for (_, triangle, _) in self.triangles() {
+            mesh.corners(triangle).into_iter().for_each(|corner| words.vec3(corner));
+        }
+        [runs, count, tree[0], tree[1], trails, corners]
+    }
+
     /// The triangle with this number among the emissive ones.
     pub(super) fn triangle(&self, number: u32) -> u32 {
         let after = self.runs.partition_point(|r| r.before <= number);
@@ -170,6 +188,14 @@ fn attributes(mesh: &Mesh, triangle: u32, barycentric: Vec2, uv_sets: usize) -> 
         point.color = colors[a] * weight_a + colors[b] * barycentric.x + colors[c] * barycentric.y;
     }
     point
+}
+
+impl Run {
+    fn pack(&self, words: &mut Words) {
+        let flags = u32::from(self.two_sided) | u32::from(self.constant.is_some()) << 1;
+        words.u32s(&[self.first, self.count, self.before, flags]);
+        words.vec3(self.constant.unwrap_or(Vec3::ZERO));
+    }
 }
 
 impl SharedTree {

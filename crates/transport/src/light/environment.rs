@@ -4,6 +4,7 @@ use super::map::MapLight;
 use super::punctual::light_frame;
 use super::sky::{SkyLight, Sun};
 use super::{LightSample, luminance};
+use crate::words::{Words, lights};
 use std::f32::consts::PI;
 use vastlight_math::{FAR, Frame, Vec2, Vec3, warp};
 use vastlight_scene::{Environment, LightKind, Scene};
@@ -70,6 +71,34 @@ impl<'a> DistantLights<'a> {
             Background::Constant(_) => 0,
             Background::Map(map) => map.grid.bytes(),
             Background::Sky(sky) => sky.grid.bytes(),
+        }
+    }
+
+    /// Appends the background, the sun if there is one, and the directional lights.
+    pub(super) fn pack(&self, words: &mut Words) {
+        let (kind, background) = match &self.background {
+            Background::Constant(radiance) => {
+                let start = words.offset();
+                words.vec3(*radiance);
+                (lights::CONSTANT, start)
+            }
+            Background::Map(map) => (lights::IMAGE, map.pack(words)),
+            Background::Sky(sky) => (lights::SKY, sky.pack(words)),
+        };
+        words.set(lights::BACKGROUND, background);
+        words.set(lights::BACKGROUND_KIND, kind);
+        words.set(lights::MEANS, self.mean[0].to_bits());
+        words.set(lights::MEANS + 1, self.mean[1].to_bits());
+        if let Some(sun) = &self.sun {
+            words.section(lights::SUN);
+            sun.pack(words);
+        }
+        words.section(lights::DIRECTIONAL);
+        words.set(lights::DIRECTIONAL_COUNT, self.directional.len() as u32);
+        for light in &self.directional {
+            words.vec3(light.wi);
+            words.vec3(light.irradiance);
+            words.f32(light.strength);
         }
     }
 

@@ -8,6 +8,7 @@
 //! The upper and lower half are weighted by how much of each a surface sees, so that the ground, say, does not spend
 //! samples on the sky's dark half.
 
+use crate::words::Words;
 use std::f32::consts::{PI, TAU};
 use vastlight_math::real::{acos, atan2, sin_cos};
 use vastlight_math::{Vec2, Vec3, warp};
@@ -103,6 +104,17 @@ impl DirectionGrid {
     pub(super) fn integrals(&self) -> [f32; 2] {
         let cell = TAU * PI / (self.width * self.height) as f32;
         self.sums.map(|s| s * cell)
+    }
+
+    /// Appends the grid: width, height, sums of the halves, weights, running sums within rows, and over rows. Gives its
+    /// word.
+    pub(super) fn pack(&self, words: &mut Words) -> u32 {
+        let start = words.offset();
+        words.u32s(&[self.width as u32, self.height as u32]);
+        [&self.sums[..], &self.weights, &self.columns, &self.rows]
+            .into_iter()
+            .for_each(|part| words.f32s(part));
+        start
     }
 
     pub(super) fn bytes(&self) -> usize {

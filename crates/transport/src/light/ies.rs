@@ -1,5 +1,6 @@
 //! Measured distributions of luminaires, interpolated between their angles.
 
+use crate::words::Words;
 use vastlight_math::Vec3;
 use vastlight_math::real::{acos, atan2};
 use vastlight_scene::IesProfile;
@@ -18,6 +19,21 @@ pub(super) fn value(profile: &IesProfile, direction: Vec3) -> f32 {
     };
     let row = |h: usize| at(h, v0) * (1.0 - s) + at(h, v1) * s;
     row(h0) * (1.0 - t) + row(h1) * t
+}
+
+/// Appends a profile: how many vertical and horizontal angles, the angles, and values for all of them (at least one
+/// horizontal angle's), by horizontal angle; nothing undefined, negative or infinite among the values. Gives its word.
+pub(super) fn pack(profile: &IesProfile, words: &mut Words) -> u32 {
+    let start = words.offset();
+    let (vertical, horizontal) = (&profile.vertical, &profile.horizontal);
+    words.u32s(&[vertical.len() as u32, horizontal.len() as u32]);
+    words.f32s(vertical);
+    words.f32s(horizontal);
+    for i in 0..vertical.len() * horizontal.len().max(1) {
+        let usable = profile.candela.get(i).copied().filter(|c| *c > 0.0).unwrap_or(0.0);
+        words.f32(usable.min(f32::MAX));
+    }
+    start
 }
 
 /// The neighbours of `x` in an ascending list and the fraction between them; `None` outside.

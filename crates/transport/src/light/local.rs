@@ -1,13 +1,15 @@
 //! Lights at a place: emissive triangles, point and spot lights, in one light tree.
 
-use super::LightSample;
 use super::punctual::PunctualLight;
 use super::surfaces::{PlainTriangle, Surfaces};
-use super::tree::{Choice, Estimate, EstimateLanes, Item, LightTree, NO_TRAIL};
+use super::tree::{Choice, Estimate, EstimateLanes, Item, LightTree, NO_TRAIL, pack_trails};
+use super::{LightSample, ies};
 use crate::material::MaterialTable;
+use crate::words::{Words, lights};
+use std::sync::Arc;
 use vastlight_math::lanes::Lanes3;
 use vastlight_math::{Vec2, Vec3};
-use vastlight_scene::Scene;
+use vastlight_scene::{IesProfile, Scene};
 
 /// All lights at a place. The tree's light numbers are those of the surfaces, then those of the others.
 #[derive(Clone, Debug)]
@@ -43,6 +45,38 @@ impl<'a> LocalLights<'a> {
 
     pub(super) fn bytes(&self) -> usize {
         self.surfaces.bytes() + self.tree.bytes() + self.trails.len() * 8
+    }
+
+    /// Appends all of them and their tree.
+    pub(super) fn pack(&self, words: &mut Words) {
+        let [nodes, few] = self.tree.pack(words);
+        words.set(lights::TREE, nodes);
+        words.set(lights::TREE + 1, few);
+        words.section(lights::TRAILS);
+        pack_trails(&self.trails, words);
+        self.surfaces.pack(words);
+        let profiles = self.pack_profiles(words);
+        words.section(lights::PUNCTUAL);
+        for (light, profile) in self.punctual.iter().zip(profiles) {
+            light.pack(profile, words);
+        }
+    }
+
+    /// Appends the profiles, those of lights that follow each other once. Gives each light's, 0 for none.
+    fn pack_profiles(&self, words: &mut Words) -> Vec<u32> {
+        let mut last: Option<(&Arc<IesProfile>, u32)> = None;
+        let mut places = Vec::with_capacity(self.punctual.len());
+        for profile in self.punctual.iter().map(PunctualLight::profile) {
+            let known = last.filter(|(known, _)| profile.is_some_and(|profile| Arc::ptr_eq(known, profile)));
+            let place = match (known, profile) {
+                (Some((_, place)), _) => place,
+                (None, None) => 0,
+                (None, Some(profile)) => ies::pack(profile, words),
+            };
+            places.push(place);
+            last = profile.map(|profile| (profile, place));
+        }
+        places
     }
 
     /// An estimate of the irradiance from all of them; its total is zero where none can matter.

@@ -2,6 +2,7 @@
 
 use super::grid::{DirectionGrid, direction_of, footprint, uv_of};
 use super::luminance;
+use crate::words::Words;
 use std::f32::consts::PI;
 use vastlight_math::real::sin_cos;
 use vastlight_math::{Vec2, Vec3};
@@ -54,6 +55,18 @@ impl<'a> MapLight<'a> {
             rotation,
             grid,
         })
+    }
+
+    /// Appends the texels as lookups read them, three numbers each, and the grid; then the map, whose word it gives: grid,
+    /// texels, width, height, strength, sine and cosine of the rotation.
+    pub(super) fn pack(&self, words: &mut Words) -> u32 {
+        let grid = self.grid.pack(words);
+        let texels = words.offset();
+        (0..self.width * self.height).for_each(|i| words.vec3(texel(self.texels, self.channels, i)));
+        let start = words.offset();
+        words.u32s(&[grid, texels, self.width as u32, self.height as u32]);
+        words.f32s(&[self.strength, self.rotation.0, self.rotation.1]);
+        start
     }
 
     /// Radiance from a direction.

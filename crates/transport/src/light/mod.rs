@@ -24,6 +24,7 @@ mod triangle;
 mod tests;
 
 use crate::material::MaterialTable;
+use crate::words::{self, Words};
 use environment::DistantLights;
 pub(crate) use lanes::{LightAnswers, LightQueries};
 use local::LocalLights;
@@ -68,10 +69,13 @@ pub struct Lights<'a> {
 
 /// Probabilities at a point of the groups whose light a ray can find by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Odds {
-    local: f32,
-    background: f32,
-    sun: f32,
+pub struct Odds {
+    /// Of the lights at a place.
+    pub local: f32,
+    /// Of the background.
+    pub background: f32,
+    /// Of the sun's disc.
+    pub sun: f32,
 }
 
 impl Odds {
@@ -100,7 +104,10 @@ impl<'a> Lights<'a> {
         Self::with_flat_limit(scene, materials, surfaces::FLAT_LIMIT)
     }
 
-    fn with_flat_limit(scene: &'a Scene, materials: &'a MaterialTable<'a>, flat_limit: u64) -> Self {
+    /// [`Lights::new`] with so many emissive triangles (times instances) in one tree before meshes with several instances
+    /// get trees of their own; by default half a million.
+    #[must_use]
+    pub fn with_flat_limit(scene: &'a Scene, materials: &'a MaterialTable<'a>, flat_limit: u64) -> Self {
         Self { local: LocalLights::new(scene, materials, flat_limit), distant: DistantLights::new(scene) }
     }
 
@@ -112,6 +119,22 @@ impl<'a> Lights<'a> {
             directional: self.distant.directional().len(),
             bytes: self.local.bytes() + self.distant.bytes(),
         }
+    }
+
+    /// All lights as the words of a kernel's binding `lights`; see [`words::lights`].
+    #[must_use]
+    pub fn pack(&self) -> Vec<u32> {
+        let mut words = Words::new(words::lights::HEADER);
+        self.local.pack(&mut words);
+        self.distant.pack(&mut words);
+        words.finish()
+    }
+
+    /// With which probabilities [`Lights::sample`] chooses between groups of lights at a point; 0 where no light can
+    /// reach it.
+    #[must_use]
+    pub fn odds(&self, from: Vec3, normal: Vec3) -> Odds {
+        self.weights(from, normal).map_or(Odds::default(), |weights| weights.odds)
     }
 
     /// Chooses a light and a direction to it from the point `from` in world space.

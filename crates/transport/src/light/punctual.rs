@@ -5,6 +5,7 @@
 
 use super::bounds::{Cone, LightBounds};
 use super::ies;
+use crate::words::Words;
 use std::sync::Arc;
 use vastlight_math::real::cos;
 use vastlight_math::{Aabb, Frame, Vec3, warp};
@@ -65,6 +66,20 @@ impl PunctualLight {
         } else {
             1.0
         }
+    }
+
+    /// Appends the light, whose profile starts at the word `profile` (0 for none).
+    pub(super) fn pack(&self, profile: u32, words: &mut Words) {
+        let Frame { x, y, z } = self.frame;
+        [self.position, x, y, z, self.intensity].into_iter().for_each(|v| words.vec3(v));
+        words.f32(if self.range.is_finite() { self.range } else { 0.0 });
+        words.u32(u32::from(self.spot.is_some()));
+        words.f32s(&self.spot.unwrap_or_default());
+        words.u32(profile);
+    }
+
+    pub(super) fn profile(&self) -> Option<&Arc<IesProfile>> {
+        self.profile.as_ref()
     }
 
     /// For the light tree.

@@ -8,6 +8,7 @@ use super::atmosphere::{Atmosphere, SUN_ANGLE, lookup, unit_vector};
 use super::grid::{DirectionGrid, direction_of, uv_of};
 use super::luminance;
 use super::map::solid_angle_pdf;
+use crate::words::Words;
 use rayon::prelude::*;
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, PI, TAU};
 use vastlight_math::real::{acos, asin, exp, sin};
@@ -75,6 +76,20 @@ impl SkyLight {
         light.grid = light.density_grid();
         let sun = Sun::new(light.sun, sunlight);
         (light, sky.sun_disc.then_some(sun).filter(|s| s.irradiance > 0.0))
+    }
+
+    /// Appends grid and table; then the sky, whose word it gives: grid, table, the table's azimuths and elevations,
+    /// towards the sun along the ground and in space, the ground's radiance and extinction, height of the eye.
+    pub(super) fn pack(&self, words: &mut Words) -> u32 {
+        let grid = self.grid.pack(words);
+        let table = words.offset();
+        self.table.iter().for_each(|entry| words.vec3(*entry));
+        let start = words.offset();
+        words.u32s(&[grid, table, AZIMUTHS as u32, ELEVATIONS as u32]);
+        words.vec2(self.sun_azimuth);
+        [self.sun, self.ground, self.ground_extinction].into_iter().for_each(|v| words.vec3(v));
+        words.f32(EYE_HEIGHT);
+        start
     }
 
     fn density_grid(&self) -> DirectionGrid {
@@ -169,6 +184,13 @@ impl Sun {
             radiance: irradiance / solid_angle,
             irradiance: luminance(irradiance),
         }
+    }
+
+    /// Appends frame, radiance, luminance of the irradiance, half the disc's angle and 1 minus its cosine.
+    pub(super) fn pack(&self, words: &mut Words) {
+        let Frame { x, y, z } = self.frame;
+        [x, y, z, self.radiance].into_iter().for_each(|v| words.vec3(v));
+        words.f32s(&[self.irradiance, SUN_ANGLE, sun_height()]);
     }
 
     /// Cosine between a normal and the sun as far as any part of the disc may matter; 1 without normal.

@@ -8,6 +8,7 @@ use super::emitters::{EmissiveMesh, Run, SharedTree, emitted, is_similarity};
 use super::tree::{Choice, Item};
 use super::triangle::{TriangleLight, TrianglePoint};
 use crate::material::MaterialTable;
+use crate::words::{Words, lights};
 use vastlight_math::{Affine3, Vec2, Vec3};
 use vastlight_scene::Scene;
 
@@ -261,6 +262,55 @@ impl<'a> Surfaces<'a> {
         let (instances, instance) = (self.scene.instances(), leaf.instance as usize);
         let mesh = &self.scene.meshes()[instances.mesh(instance) as usize];
         TriangleLight::placed(mesh.corners(leaf.triangle), instances.map(instance))
+    }
+
+    /// Appends all triangles and what finds them.
+    pub(super) fn pack(&self, words: &mut Words) {
+        let meshes = self.pack_meshes(words);
+        words.section(lights::SURFACES);
+        words.set(lights::SURFACE_COUNT, self.len() as u32);
+        for (flat, leaf) in self.flat.iter().zip(&self.leaves) {
+            let mesh = self.scene.instances().mesh(leaf.instance as usize) as usize;
+            match flat.kind {
+                Kind::Shared => self.pack_shared(leaf.instance, meshes[mesh], words),
+                Kind::Textured => {
+                    let run = self.meshes[mesh].find(leaf.triangle);
+                    let two_sided = run.is_some_and(|(_, run)| run.two_sided);
+                    flat.shape.pack(words);
+                    words.u32s(&[leaf.instance, leaf.triangle, u32::from(two_sided)]);
+                }
+                Kind::OneSided | Kind::TwoSided => {
+                    flat.shape.pack(words);
+                    words.vec3(flat.radiance);
+                }
+            }
+            words.u32(flat.kind as u32);
+        }
+    }
+
+    /// Appends what the emissive meshes' records point to, then the records. Gives the word of each mesh's record, 0 for
+    /// those without light.
+    fn pack_meshes(&self, words: &mut Words) -> Vec<u32> {
+        let numbered = || self.first.iter().enumerate().filter(|(_, first)| **first != NONE);
+        let parts: Vec<[u32; 6]> =
+            numbered().map(|(i, _)| self.meshes[i].pack(&self.scene.meshes()[i], words)).collect();
+        words.section(lights::MESHES);
+        words.set(lights::MESH_COUNT, parts.len() as u32);
+        let mut places = vec![0; self.meshes.len()];
+        for ((i, first), part) in numbered().zip(parts) {
+            let instances = self.scene.instances().of_mesh(i as u32);
+            places[i] = words.offset();
+            words.u32s(&[instances.start, instances.end, *first, self.meshes[i].count]);
+            words.u32s(&part);
+        }
+        places
+    }
+
+    fn pack_shared(&self, instance: u32, mesh: u32, words: &mut Words) {
+        let map = self.scene.instances().map(instance as usize);
+        let mirrored = map.matrix3.determinant().is_sign_negative();
+        map.to_cols_array_2d().into_iter().for_each(|column| words.f32s(&column));
+        words.u32s(&[mesh, instance, u32::from(is_similarity(map)) | u32::from(mirrored) << 1]);
     }
 
     pub(super) fn bytes(&self) -> usize {

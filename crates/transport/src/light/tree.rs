@@ -6,6 +6,7 @@
 
 use super::ONE_MINUS_EPSILON;
 use super::bounds::{LightBounds, Node};
+use crate::words::Words;
 use vastlight_math::lanes::{LANES, Lanes, Lanes3};
 use vastlight_math::{Aabb, Vec3};
 
@@ -75,6 +76,11 @@ const BINS: usize = 12;
 /// About so many of a node's lights are asked where to cut it.
 const ASKED: usize = 4096;
 
+/// Appends ways, two words each, the lower first.
+pub(super) fn pack_trails(trails: &[u64], words: &mut Words) {
+    trails.iter().for_each(|&trail| words.u32s(&[trail as u32, (trail >> 32) as u32]));
+}
+
 /// The way of a light that is in no tree.
 pub(super) const NO_TRAIL: u64 = u64::MAX;
 
@@ -108,6 +114,14 @@ impl LightTree {
 
     pub(super) fn bytes(&self) -> usize {
         self.nodes.len() * size_of::<Node>()
+    }
+
+    /// Appends the nodes. Gives the words that name the tree: where the nodes start, and how many lights a list has (all
+    /// bits for a tree).
+    pub(super) fn pack(&self, words: &mut Words) -> [u32; 2] {
+        let start = words.offset();
+        self.nodes.iter().for_each(|node| node.pack(words));
+        [start, if self.is_list { self.nodes.len() as u32 } else { u32::MAX }]
     }
 
     /// How much the lights may matter to a point; see [`Node::importance`].

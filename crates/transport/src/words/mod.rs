@@ -4,6 +4,7 @@
 //! starts; offsets within a section are its own affair. Numbers are the bits of f32.
 
 mod albedo;
+pub mod lights;
 
 use vastlight_math::{Vec2, Vec3};
 

@@ -186,6 +186,24 @@ fn no_light_no_sample() {
 }
 
 #[test]
+fn sections_of_packed_lights_are_among_their_words() {
+    use crate::words::lights as place;
+    for (desc, flat_limit) in [(mixed_lights(), 1 << 20), (mixed_lights(), 0), (dark(Vec::new()), 0)] {
+        with_lights(desc, flat_limit, |_, lights| {
+            let words = lights.pack();
+            let sections = [place::TREE, place::TRAILS, place::SURFACES, place::MESHES, place::BACKGROUND];
+            for section in sections {
+                assert!((place::HEADER..=words.len()).contains(&(words[section] as usize)), "{section}");
+            }
+            assert_eq!(words[place::SURFACE_COUNT] as usize, lights.report().local);
+            let radiance = lights.environment(Vec3::Y).to_array().map(f32::to_bits);
+            assert_eq!(words[words[place::BACKGROUND] as usize..][..3], radiance);
+        });
+    }
+    assert!(place::PLACES.iter().all(|(_, at)| *at < place::HEADER));
+}
+
+#[test]
 fn extreme_points_give_finite_numbers() {
     let mut desc = mixed_lights();
     desc.environment = Some(Environment::Sky(vastlight_scene::Sky::default()));

@@ -8,6 +8,7 @@ mod lanes;
 
 pub(super) use lanes::TriangleLanes;
 
+use crate::words::Words;
 use vastlight_math::real::{atan2, sin_cos};
 use vastlight_math::{Affine3, Vec2, Vec3, warp};
 
@@ -48,6 +49,10 @@ impl TriangleLight {
     pub(super) fn placed(corners: [Vec3; 3], world_from_object: &Affine3) -> Self {
         let front = 1.0_f32.copysign(world_from_object.matrix3.determinant());
         Self::new(corners.map(|p| world_from_object.transform_point3(p)), front)
+    }
+
+    pub(super) fn pack(&self, words: &mut Words) {
+        [self.a, self.edge_b, self.edge_c, self.normal].into_iter().for_each(|v| words.vec3(v));
     }
 
     pub(super) fn area(&self) -> f32 {
