@@ -8,4 +8,5 @@ mod lights;
 mod lights_scenes;
 mod maths;
 mod primitives;
+mod scattering;
 mod trace;

@@ -81,7 +81,8 @@ fn wavelength_apply(u: f32, already_dispersed: bool, params: ptr<function, BsdfP
 /// Index at a wavelength from that at 587.6 nm and 20 / Abbe number: Cauchy's equation with two terms.
 fn wavelength_cauchy(ior: f32, dispersion: f32, nanometres: f32) -> f32 {
     let slope = (ior - 1.0) * dispersion / 20.0;
-    return max(ior + slope * (523655.0 / (nanometres * nanometres) - 1.5168), 1.0);
+    let bent = ior + slope * (523655.0 / (nanometres * nanometres) - 1.5168);
+    return select(1.0, bent, bent > 1.0);
 }
 
 /// Colour of light of one wavelength; the mean over all drawn wavelengths is white.
