@@ -2,7 +2,7 @@
 //!
 //! A line `//#include NAME` stands for the shared part of that name, which is put in once.
 
-use crate::{primitives, trace};
+use crate::{build, primitives, trace};
 
 /// A kernel: one file of `wgsl/` with one entry point, `main`.
 #[derive(Debug, PartialEq, Eq)]
@@ -64,6 +64,7 @@ pub(crate) use kernel;
 /// Parts that several kernels share.
 const SHARED: &[(&str, &str)] = &[
     ("accept_all", include_str!("wgsl/shared/accept_all.wgsl")),
+    ("boxes", include_str!("wgsl/shared/boxes.wgsl")),
     ("bsdf", include_str!("wgsl/shared/path/bsdf.wgsl")),
     ("bsdf/albedo", include_str!("wgsl/shared/path/bsdf/albedo.wgsl")),
     ("bsdf/coat", include_str!("wgsl/shared/path/bsdf/coat.wgsl")),
@@ -79,6 +80,7 @@ const SHARED: &[(&str, &str)] = &[
     ("bsdf/sheen", include_str!("wgsl/shared/path/bsdf/sheen.wgsl")),
     ("bsdf_params", include_str!("wgsl/shared/path/bsdf_params.wgsl")),
     ("compact", include_str!("wgsl/shared/compact.wgsl")),
+    ("doubled_centre", include_str!("wgsl/shared/doubled_centre.wgsl")),
     ("frame", include_str!("wgsl/shared/path/frame.wgsl")),
     ("group", include_str!("wgsl/shared/group.wgsl")),
     ("group_scan", include_str!("wgsl/shared/group_scan.wgsl")),
@@ -95,16 +97,19 @@ const SHARED: &[(&str, &str)] = &[
     ("light_words", include_str!("wgsl/shared/path/light_words.wgsl")),
     ("lights", include_str!("wgsl/shared/path/lights.wgsl")),
     ("page", include_str!("wgsl/shared/page.wgsl")),
+    ("pyramid", include_str!("wgsl/shared/pyramid.wgsl")),
     ("queue", include_str!("wgsl/shared/queue.wgsl")),
     ("radix", include_str!("wgsl/shared/radix.wgsl")),
     ("radix_emit", include_str!("wgsl/shared/radix_emit.wgsl")),
     ("radix_rank", include_str!("wgsl/shared/radix_rank.wgsl")),
+    ("range_box", include_str!("wgsl/shared/range_box.wgsl")),
     ("ray", include_str!("wgsl/shared/ray.wgsl")),
     ("real", include_str!("wgsl/shared/path/real.wgsl")),
     ("runs", include_str!("wgsl/shared/runs.wgsl")),
     ("select_count", include_str!("wgsl/shared/select_count.wgsl")),
     ("select_emit", include_str!("wgsl/shared/select_emit.wgsl")),
     ("tables", include_str!("wgsl/shared/path/tables.wgsl")),
+    ("tree_node", include_str!("wgsl/shared/tree_node.wgsl")),
     ("walk", include_str!("wgsl/shared/walk.wgsl")),
     ("warp", include_str!("wgsl/shared/path/warp.wgsl")),
     ("wide_number", include_str!("wgsl/shared/wide_number.wgsl")),
@@ -113,7 +118,7 @@ const SHARED: &[(&str, &str)] = &[
 /// Every kernel.
 #[must_use]
 pub fn all() -> Vec<&'static Kernel> {
-    [&primitives::KERNELS[..], &trace::KERNELS].concat()
+    [&primitives::KERNELS[..], &trace::KERNELS, &build::KERNELS].concat()
 }
 
 impl Kernel {

@@ -13,6 +13,7 @@
 
 mod adapters;
 pub mod bench;
+pub mod build;
 mod device;
 mod error;
 pub mod kernel;

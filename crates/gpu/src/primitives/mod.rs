@@ -41,12 +41,12 @@ pub(crate) static KERNELS: [&Kernel; 13] = [
 ];
 
 /// Workgroups for so many elements.
-const fn tiles(count: u32) -> u32 {
+pub(crate) const fn tiles(count: u32) -> u32 {
     count.div_ceil(TILE)
 }
 
 /// An error where there are more elements than an array may have.
-fn check_count(what: &str, count: u32) -> Result<(), GpuError> {
+pub(crate) fn check_count(what: &str, count: u32) -> Result<(), GpuError> {
     if count <= MAX_ELEMENTS {
         return Ok(());
     }

@@ -1,5 +1,6 @@
 //! Kernels, recordings and devices, on the software adapter where one is needed.
 
+mod build;
 mod common;
 mod devices;
 mod executor;

@@ -1,0 +1,138 @@
+//! Builders on a device: boxes in, the tree of the builders on the CPU out.
+//!
+//! A tree is known by its splits: a node with children, which holds a run of elements, is named after the last element on its left.
+//! What finds the splits is a builder; the numbers and boxes of nodes follow for all alike.
+
+pub mod boxes;
+pub mod codes;
+mod merge;
+mod nodes;
+mod pyramid;
+
+use crate::error::GpuError;
+use crate::kernel::Kernel;
+use crate::limits::WORKGROUPS_PER_AXIS;
+use crate::primitives::GROUP;
+use crate::recording::{Buffer, Recording};
+use vastlight_accel::{BinaryTree, Node};
+
+/// Words of a node: box, left child, first element, number of elements; as [`Node`] lies in memory.
+pub const NODE_WORDS: u64 = 9;
+/// Most elements of a tree: one invocation for each of its nodes.
+pub const MAX_ELEMENTS: u32 = WORKGROUPS_PER_AXIS / 2 * GROUP;
+
+/// Every kernel of this module.
+pub(crate) static KERNELS: [&Kernel; 8] = [
+    &boxes::BOXES,
+    &codes::EXTENTS,
+    &codes::CODES,
+    &merge::MERGE,
+    &pyramid::GATHER,
+    &pyramid::LEVELS_KERNEL,
+    &nodes::NODES,
+    &nodes::REFIT,
+];
+
+/// Builders by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Builder {
+    /// From sorted codes in one pass from the bottom up: the tree that the CPU calls `morton`.
+    Morton,
+}
+
+impl Builder {
+    /// All, with their names.
+    pub const ALL: [(&'static str, Self); 1] = [("morton", Self::Morton)];
+
+    /// The builder of this name.
+    #[must_use]
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, builder)| *builder)
+    }
+}
+
+/// Buffers of a tree.
+#[derive(Clone, Copy, Debug)]
+pub struct DeviceTree {
+    /// Nodes of [`NODE_WORDS`]: as those of [`BinaryTree::nodes`], and anything behind.
+    pub nodes: Buffer,
+    /// How many pairs of children there are: one word.
+    pub pairs: Buffer,
+    /// The elements in the order of the leaves.
+    pub order: Buffer,
+    /// How many elements there are.
+    pub count: u32,
+}
+
+impl DeviceTree {
+    /// Most nodes that there may be.
+    #[must_use]
+    pub const fn most_nodes(&self) -> u32 {
+        nodes::most_nodes(self.count)
+    }
+}
+
+/// Where stages of a build end: their names, and how many commands there were.
+pub type Stages = Vec<(&'static str, usize)>;
+
+/// Records a build over `count` boxes of [`boxes::BOX_WORDS`], with at most `leaf` (1 at least) of them in a leaf. Nothing is read
+/// back in between. The tree is the same to the bit each time, on each device, and on the CPU; but coordinates below 2^-126
+/// may count as 0.
+///
+/// # Errors
+/// There are too many.
+pub fn record(
+    recording: &mut Recording,
+    builder: Builder,
+    boxes: Buffer,
+    (count, leaf): (u32, u32),
+    stages: &mut Stages,
+) -> Result<DeviceTree, GpuError> {
+    if count == 0 {
+        return Ok(nodes::nothing(recording));
+    }
+    let mut mark = |name, recording: &Recording| stages.push((name, recording.commands().len()));
+    let codes = codes::record(recording, boxes, count)?;
+    mark("codes", recording);
+    let sorted = codes::sort(recording, codes, count)?;
+    mark("sort", recording);
+    let splits = match builder {
+        Builder::Morton => merge::record(recording, sorted, count, leaf),
+    };
+    mark("hierarchy", recording);
+    let pyramid = pyramid::record(recording, boxes, sorted.order, count)?;
+    mark("boxes", recording);
+    let tree = nodes::record(recording, splits, (pyramid, sorted.order), count)?;
+    mark("nodes", recording);
+    Ok(tree)
+}
+
+/// Records new boxes for all nodes of a tree whose elements have the boxes `boxes` now.
+///
+/// # Errors
+/// There are too many.
+pub fn record_refit(recording: &mut Recording, tree: &DeviceTree, boxes: Buffer) -> Result<(), GpuError> {
+    if tree.count == 0 {
+        return Ok(());
+    }
+    let pyramid = pyramid::record(recording, boxes, tree.order, tree.count)?;
+    nodes::refit(recording, tree, pyramid);
+    Ok(())
+}
+
+/// The tree of the words of a [`DeviceTree`]: nodes, how many pairs, order.
+#[must_use]
+pub fn tree_of_words(nodes: &[u32], pairs: u32, order: Vec<u32>) -> BinaryTree {
+    let count = if order.is_empty() { 0 } else { 1 + 2 * pairs as usize };
+    let words = &nodes[..nodes.len().min(count * NODE_WORDS as usize)];
+    BinaryTree { nodes: bytemuck::pod_collect_to_vec::<u32, Node>(words), prims: order }
+}
+
+/// An error where there are more elements than a tree may have.
+fn check_fits(count: u32) -> Result<(), GpuError> {
+    if count <= MAX_ELEMENTS {
+        return Ok(());
+    }
+    let what = "a tree in elements".to_owned();
+    Err(GpuError::Limit { what, wanted: count.into(), limit: MAX_ELEMENTS.into() })
+}

@@ -1,0 +1,308 @@
+//! Trees built on the software adapter against those of the CPU's builders: the same to the last node, over sizes around those of
+//! workgroups and adversarial boxes, in poisoned buffers.
+
+use crate::common::software;
+use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Scratch, Violation, validate};
+use vastlight_gpu::build::boxes::{box_words, boxes};
+use vastlight_gpu::build::{Builder, DeviceTree, record, record_refit, tree_of_words};
+use vastlight_gpu::{Executor, GpuError, Recording, Results, build};
+use vastlight_math::rng::{hash_words, unit_f32};
+use vastlight_math::{Aabb, Vec3};
+
+/// Nothing, one, and around multiples of a leaf, a workgroup, a tile and a level of boxes.
+const SIZES: [usize; 17] = [0, 1, 2, 7, 8, 9, 16, 17, 255, 256, 257, 2047, 2048, 2049, 8193, 33_000, 100_003];
+
+/// Numbers in [0, 1).
+fn noise(i: usize, salt: u32) -> f32 {
+    unit_f32((hash_words(&[i as u32, salt]) >> 32) as u32)
+}
+
+fn point(i: usize, salt: u32) -> Vec3 {
+    Vec3::new(noise(i, salt), noise(i, salt + 1), noise(i, salt + 2)) * 2.0 - 1.0
+}
+
+/// `n` boxes of this size.
+fn many(n: usize, size: f32) -> Vec<Aabb> {
+    let around = |i| Aabb::from_points([point(i, 1), point(i, 1) + point(i, 5) * size]);
+    (0..n).map(around).collect()
+}
+
+/// Boxes that are hard in one way each.
+fn adversarial() -> Vec<(&'static str, Vec<Aabb>)> {
+    let scaled = |boxes: Vec<Aabb>, by: Vec3| -> Vec<Aabb> {
+        boxes.into_iter().map(|b| Aabb { min: b.min * by, max: b.max * by }).collect()
+    };
+    let mut one_huge = many(3000, 1e-3);
+    one_huge.push(Aabb { min: Vec3::splat(-1e6), max: Vec3::splat(1.1e6) });
+    let grown = |i: usize| Aabb { min: Vec3::splat(-(i as f32)), max: Vec3::splat(i as f32) };
+    let far = |i: usize| Aabb::point(Vec3::X * 2.0_f32.powi(i as i32 / 2 - 60));
+    let mut broken = many(900, 0.1);
+    broken[3] = Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
+    broken[500] = Aabb { min: Vec3::NAN, max: Vec3::NAN };
+    broken[700] = Aabb::EMPTY;
+    vec![
+        ("all equal", vec![grown(1); 5000]),
+        ("equal centres", (0..777).map(grown).collect()),
+        ("two places", (0..999).map(|i| Aabb::point(Vec3::splat((i % 2) as f32))).collect()),
+        ("few places", (0..3000).map(|i| Aabb::point((point(i, 3) * 2.0).round())).collect()),
+        ("one huge", one_huge),
+        ("flat", scaled(many(3000, 0.1), Vec3::new(1.0, 0.0, 1.0))),
+        ("line", scaled(many(3000, 0.1), Vec3::X)),
+        ("doubling", (0..200).map(far).collect()),
+        ("tiny", scaled(many(2000, 0.1), Vec3::splat(1e-30))),
+        ("large", scaled(many(2000, 0.1), Vec3::splat(1e36))),
+        ("not finite", broken),
+    ]
+}
+
+fn cases() -> Vec<(String, Vec<Aabb>)> {
+    let sizes = SIZES.map(|n| (format!("{n} boxes"), many(n, 0.05)));
+    let hard = adversarial().into_iter().map(|(name, boxes)| (name.to_owned(), boxes));
+    sizes.into_iter().chain(hard).collect()
+}
+
+fn words(boxes: &[Aabb]) -> Vec<u32> {
+    boxes.iter().flat_map(box_words).collect()
+}
+
+/// What a recording of a tree brings back.
+struct Downloads([vastlight_gpu::Download; 3]);
+
+impl Downloads {
+    fn new(recording: &mut Recording, tree: &DeviceTree) -> Self {
+        let words = build::NODE_WORDS * u64::from(tree.most_nodes());
+        let nodes = recording.download(tree.nodes, words);
+        Self([nodes, recording.download(tree.pairs, 1), recording.download(tree.order, tree.count.into())])
+    }
+
+    fn tree(&self, results: &Results) -> BinaryTree {
+        let [nodes, pairs, order] = self.0.map(|download| results.words(download));
+        tree_of_words(&nodes, pairs[0], order)
+    }
+}
+
+/// The tree that the device builds.
+fn built(executor: &mut Executor, builder: Builder, boxes: &[Aabb], leaf: u32) -> BinaryTree {
+    let mut recording = Recording::new();
+    let input = recording.upload("boxes", &words(boxes));
+    let count = boxes.len() as u32;
+    let tree = record(&mut recording, builder, input, (count, leaf), &mut Vec::new()).expect("few");
+    let downloads = Downloads::new(&mut recording, &tree);
+    downloads.tree(&executor.run(&recording).expect("runs"))
+}
+
+/// The tree that the CPU builds.
+fn expected(name: &str, boxes: &[Aabb], max_leaf: u32) -> BinaryTree {
+    let mut references: Vec<Reference> = boxes.iter().zip(0..).map(|(b, i)| Reference::new(b, i)).collect();
+    let config = BuildConfig { max_leaf, ..BuildConfig::default() };
+    vastlight_accel::build(name, &mut references, None, &config, &mut Scratch::default()).expect("built")
+}
+
+/// The boxes as builders see them.
+fn seen(boxes: &[Aabb]) -> Vec<Aabb> {
+    boxes.iter().map(|b| Reference::new(b, 0).bounds()).collect()
+}
+
+#[test]
+fn trees_are_valid_and_those_of_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    for (name, boxes) in cases() {
+        let leaves = if boxes.len() < 3000 { [1, 3, 8].as_slice() } else { &[8] };
+        for (&leaf, (builder_name, builder)) in leaves.iter().flat_map(|l| Builder::ALL.map(|b| (l, b))) {
+            let tree = built(&mut executor, builder, &boxes, leaf);
+            validate(&tree, &seen(&boxes), leaf)
+                .unwrap_or_else(|e| panic!("{name} {builder_name} {leaf}: {e}"));
+            let expected = expected(builder_name, &boxes, leaf);
+            assert!(tree.prims == expected.prims, "{name} {builder_name} {leaf}: order");
+            assert!(tree.nodes == expected.nodes, "{name} {builder_name} {leaf}: nodes");
+        }
+    }
+}
+
+#[test]
+fn trees_are_the_same_each_time() {
+    let Some(mut executor) = software() else { return };
+    let boxes = many(20_000, 0.05);
+    for (_, builder) in Builder::ALL {
+        let [a, b] = [0, 1].map(|_| built(&mut executor, builder, &boxes, 4));
+        assert!(bytemuck::cast_slice::<Node, u32>(&a.nodes) == bytemuck::cast_slice::<Node, u32>(&b.nodes));
+        assert!(a.prims == b.prims);
+    }
+}
+
+#[test]
+fn a_box_that_differs_is_found() {
+    let Some(mut executor) = software() else { return };
+    let boxes = many(5000, 0.05);
+    let mut other = boxes.clone();
+    other[4321].max.x += 0.5;
+    for (name, builder) in Builder::ALL {
+        let tree = built(&mut executor, builder, &other, 8);
+        assert!(tree.nodes != expected(name, &boxes, 8).nodes);
+        let outside = Violation::Box { node: 0, below: "primitive 4321".into() };
+        let mut larger = seen(&boxes);
+        larger[4321].max.x += 1.0;
+        let found = validate(&tree, &larger, 8).expect_err("too large");
+        assert_eq!(std::mem::discriminant(&found), std::mem::discriminant(&outside), "{found}");
+    }
+}
+
+#[test]
+fn a_build_has_few_dispatches_besides_its_sort() {
+    for (count, most) in [(0, 12), (1, 12), (1_000_000, 10), (5_000_000, 12)] {
+        let (mut recording, mut stages) = (Recording::new(), Vec::new());
+        let boxes = recording.buffer("boxes", 6 * u64::from(count));
+        record(&mut recording, Builder::Morton, boxes, (count, 8), &mut stages).expect("fits");
+        assert_eq!(recording.check(), Ok(()));
+        let sort = if count < 1 << 14 { 4 * 3 } else { 4 * 5 };
+        assert!(recording.dispatches() <= most + sort, "{count}: {}", recording.dispatches());
+        assert!(count == 0 || stages.last() == Some(&("nodes", recording.commands().len())));
+    }
+    let mut recording = Recording::new();
+    let boxes = recording.buffer("boxes", 6);
+    let count = build::MAX_ELEMENTS + 1;
+    let error =
+        record(&mut recording, Builder::Morton, boxes, (count, 8), &mut Vec::new()).expect_err("many");
+    assert!(matches!(error, GpuError::Limit { .. }), "{error}");
+}
+
+/// Corners of triangles, some of them odd.
+fn corners(n: usize) -> Vec<Vec3> {
+    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3e38, -0.0, 1e-40];
+    let corner = |i: usize| {
+        let mut p = point(i, 20);
+        if i.is_multiple_of(97) {
+            p[i % 3] = odd[i / 97 % 6];
+        }
+        p
+    };
+    (0..n).map(corner).collect()
+}
+
+#[test]
+fn boxes_of_triangles_are_those_of_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    let positions = corners(5000);
+    for n in [0, 1, 255, 256, 257, 5000] {
+        let vertex = |i: usize, k| (hash_words(&[i as u32, k]) % 5000) as u32;
+        let triangles: Vec<[u32; 3]> = (0..n).map(|i| [0, 1, 2].map(|k| vertex(i, k))).collect();
+        let mut recording = Recording::new();
+        let inputs = [recording.upload("positions", &positions), recording.upload("triangles", &triangles)];
+        let found = build::boxes::record(&mut recording, inputs[0], inputs[1], n as u32).expect("few");
+        let found = recording.download(found, 6 * n as u64);
+        let found = executor.run(&recording).expect("runs").words(found);
+        assert!(found == boxes(&positions, &triangles), "{n}");
+        // As those of whole boxes, where all is finite.
+        for (found, triangle) in found.chunks_exact(6).zip(&triangles) {
+            let corners = triangle.map(|i| positions[i as usize]);
+            if corners.iter().all(|p| p.is_finite() && p.abs().max_element() < 1e30) {
+                assert_eq!(found, box_words(&Aabb::from_points(corners)));
+            }
+        }
+    }
+}
+
+/// Where a ray meets a triangle, in double precision (Moeller, Trumbore 1997).
+fn meets([a, b, c]: [Vec3; 3], origin: Vec3, direction: Vec3) -> Option<f64> {
+    let [a, b, c, origin, direction] = [a, b, c, origin, direction].map(Vec3::as_dvec3);
+    let (ab, ac) = (b - a, c - a);
+    let p = direction.cross(ac);
+    let q = (origin - a).cross(ab);
+    let scale = 1.0 / ab.dot(p);
+    let (u, v, t) = ((origin - a).dot(p) * scale, direction.dot(q) * scale, ac.dot(q) * scale);
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0).then_some(t)
+}
+
+/// Whether a ray may meet a box.
+fn enters(b: &Aabb, origin: Vec3, direction: Vec3) -> bool {
+    let (a, b) = ((b.min - 1e-5 - origin) / direction, (b.max + 1e-5 - origin) / direction);
+    a.min(b).max_element() <= a.max(b).min_element()
+}
+
+/// The closest hit among the triangles in the leaves of a tree whose boxes a ray enters, and how many it tested.
+fn closest(
+    tree: &BinaryTree,
+    triangles: &[[Vec3; 3]],
+    origin: Vec3,
+    direction: Vec3,
+) -> (Option<u32>, usize) {
+    let (mut open, mut best, mut tested) = (vec![0], (f64::INFINITY, None), 0);
+    while let Some(node) = open.pop().map(|i: u32| &tree.nodes[i as usize]) {
+        if !enters(&node.bounds, origin, direction) {
+            continue;
+        }
+        if !node.is_leaf() {
+            open.extend([node.left, node.left + 1]);
+            continue;
+        }
+        for &prim in &tree.prims[node.first as usize..(node.first + node.count) as usize] {
+            tested += 1;
+            if let Some(t) = meets(triangles[prim as usize], origin, direction)
+                && t < best.0
+            {
+                best = (t, Some(prim));
+            }
+        }
+    }
+    (best.1, tested)
+}
+
+#[test]
+fn hits_are_those_of_all_triangles() {
+    let Some(mut executor) = software() else { return };
+    let triangle = |i: usize| [30, 40, 50].map(|salt| point(i, 1) + point(i, salt) * 0.2);
+    let triangles: Vec<[Vec3; 3]> = (0..2000).map(triangle).collect();
+    let boxes: Vec<Aabb> = triangles.iter().map(|&t| Aabb::from_points(t)).collect();
+    let bounds = Aabb { min: Vec3::splat(-9.0), max: Vec3::splat(9.0) };
+    let root = Node { bounds, left: 0, first: 0, count: 2000 };
+    let all = BinaryTree { nodes: vec![root], prims: (0..2000).collect() };
+    for (_, builder) in Builder::ALL {
+        let tree = built(&mut executor, builder, &boxes, 4);
+        let (mut hits, mut tests) = (0, 0);
+        for i in 0..1000 {
+            let (origin, direction) = (point(i, 60) * 2.0, point(i, 70));
+            let (found, tested) = closest(&tree, &triangles, origin, direction);
+            assert_eq!(found, closest(&all, &triangles, origin, direction).0);
+            (hits, tests) = (hits + usize::from(found.is_some()), tests + tested);
+        }
+        assert!(hits > 200 && tests < 1000 * 2000 / 4, "{hits} hits, {tests} tests");
+    }
+}
+
+/// A tree's boxes from the bottom up.
+fn refitted(tree: &BinaryTree, boxes: &[Aabb]) -> BinaryTree {
+    let mut tree = tree.clone();
+    for i in (0..tree.nodes.len()).rev() {
+        let Node { left, first, count, .. } = tree.nodes[i];
+        let prims = &tree.prims[first as usize..(first + count) as usize];
+        let of_leaf = || prims.iter().fold(Aabb::EMPTY, |b, &prim| b.union(boxes[prim as usize]));
+        let of_children = || tree.nodes[left as usize].bounds.union(tree.nodes[left as usize + 1].bounds);
+        tree.nodes[i].bounds = if left == 0 { of_leaf() } else { of_children() };
+    }
+    tree
+}
+
+#[test]
+fn refitted_boxes_are_those_of_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    for n in SIZES {
+        let boxes = many(n, 0.05);
+        let moved: Vec<Aabb> = boxes
+            .iter()
+            .enumerate()
+            .map(|(i, b)| Aabb { min: b.min + point(i, 9), max: b.max + point(i, 9) })
+            .collect();
+        let mut recording = Recording::new();
+        let inputs = [&boxes, &moved].map(|boxes| recording.upload("boxes", &words(boxes)));
+        let fits = (n as u32, 8);
+        let tree = record(&mut recording, Builder::Morton, inputs[0], fits, &mut Vec::new()).expect("few");
+        record_refit(&mut recording, &tree, inputs[1]).expect("few");
+        let downloads = Downloads::new(&mut recording, &tree);
+        let tree = downloads.tree(&executor.run(&recording).expect("runs"));
+        let before = expected("morton", &boxes, 8);
+        let after = refitted(&before, &moved);
+        assert!(tree.nodes == after.nodes && tree.prims == after.prims, "{n}");
+        validate(&tree, &moved, 8).expect("valid");
+        assert!(n == 0 || tree.nodes != before.nodes, "they moved");
+    }
+}
