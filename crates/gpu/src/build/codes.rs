@@ -6,6 +6,8 @@ use crate::kernel::{device_struct, kernel};
 use crate::primitives::radix::{self, Pairs};
 use crate::primitives::tiles;
 use crate::recording::{Buffer, Groups, Recording};
+use vastlight_accel::Reference;
+use vastlight_math::{Aabb, Vec3};
 
 /// Bits of a code.
 pub const CODE_BITS: u32 = 30;
@@ -16,11 +18,37 @@ device_struct! {
 kernel!(pub(crate) EXTENTS = "build_extents", Parameters, 2);
 kernel!(pub(crate) CODES = "build_codes", Parameters, 4);
 
-/// Records the codes of `count` boxes with their numbers, in the order of the boxes.
+/// Codes in the order of the boxes.
+#[derive(Clone, Copy, Debug)]
+pub struct Codes {
+    /// The box around twice the centres, a box as all.
+    pub extents: Buffer,
+    /// The codes with the numbers of the boxes.
+    pub pairs: Pairs,
+}
+
+/// Twice the centres' least and greatest coordinates, and the codes of boxes.
+#[must_use]
+pub fn codes(boxes: &[Aabb]) -> ([Vec3; 2], Vec<u32>) {
+    let doubled = |b: &Aabb| {
+        let Aabb { min, max } = Reference::new(b, 0).bounds();
+        min + max
+    };
+    let Aabb { min, max } = Aabb::from_points(boxes.iter().map(doubled));
+    let scale = (1024.0 / (max - min)).to_array().map(|scale| if scale.is_finite() { scale } else { 0.0 });
+    let code = |b: &Aabb| {
+        let cells = ((doubled(b) - min) * Vec3::from(scale)).min(Vec3::splat(1023.0));
+        let cells = cells.to_array().map(|x| (x - 0.499).round_ties_even().max(0.0) as u32);
+        (0..CODE_BITS).fold(0, |code, bit| code | (cells[2 - bit as usize % 3] >> (bit / 3) & 1) << bit)
+    };
+    ([min, max], boxes.iter().map(code).collect())
+}
+
+/// Records [`codes`] of `count` boxes.
 ///
 /// # Errors
 /// There are too many.
-pub fn record(recording: &mut Recording, boxes: Buffer, count: u32) -> Result<Pairs, GpuError> {
+pub fn record(recording: &mut Recording, boxes: Buffer, count: u32) -> Result<Codes, GpuError> {
     check_fits(count)?;
     let extents = recording.upload("extents", &[u32::MAX, u32::MAX, u32::MAX, 0, 0, 0]);
     let (parameters, groups) = (Parameters { count }, Groups::Direct(tiles(count)));
@@ -28,15 +56,15 @@ pub fn record(recording: &mut Recording, boxes: Buffer, count: u32) -> Result<Pa
     let keys = recording.buffer("codes", count.into());
     let payloads = recording.buffer("numbers", count.into());
     recording.dispatch(&CODES, &parameters, &[boxes, extents, keys, payloads], groups);
-    Ok(Pairs { keys, payloads: Some(payloads) })
+    Ok(Codes { extents, pairs: Pairs { keys, payloads: Some(payloads) } })
 }
 
 /// Records a sort of codes: in the order of the codes, equal ones as they were.
 ///
 /// # Errors
 /// There are too many.
-pub fn sort(recording: &mut Recording, codes: Pairs, count: u32) -> Result<Sorted, GpuError> {
-    let sorted = radix::record(recording, codes, count, CODE_BITS)?;
+pub fn sort(recording: &mut Recording, codes: Codes, count: u32) -> Result<Sorted, GpuError> {
+    let sorted = radix::record(recording, codes.pairs, count, CODE_BITS)?;
     Ok(Sorted { codes: sorted.keys, order: sorted.payloads.unwrap_or(sorted.keys) })
 }
 

@@ -5,34 +5,15 @@
 //! runs that two leaves can hold parted so that two do, as in the tree `morton` of the CPU, which this is.
 
 use super::codes::Sorted;
+use super::splits::Splits;
 use crate::kernel::{device_struct, kernel};
 use crate::primitives::GROUP;
-use crate::recording::{Buffer, Groups, Recording};
+use crate::recording::{Groups, Recording};
 
 device_struct! {
     struct Parameters as "Parameters" { count, leaf }
 }
 kernel!(pub(crate) MERGE = "build_merge", Parameters, 4);
-
-/// The nodes with children of a tree over `0..count`, each at its split: the last element on its left.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Splits {
-    /// Start and end of the node's run; zeros where there is no split.
-    pub(super) spans: Buffer,
-    /// How many of the nodes start at each element.
-    pub(super) starting: Buffer,
-}
-
-impl Splits {
-    /// Records room for the splits over `count` elements, of which there are none yet.
-    pub(super) fn none(recording: &mut Recording, count: u32) -> Self {
-        let spans = recording.buffer("spans", 2 * u64::from(count));
-        let starting = recording.buffer("starting nodes", count.into());
-        recording.clear(spans);
-        recording.clear(starting);
-        Self { spans, starting }
-    }
-}
 
 /// Records the tree over `count` sorted codes whose leaves hold at most `leaf` (1 at least).
 pub(super) fn record(recording: &mut Recording, sorted: Sorted, count: u32, leaf: u32) -> Splits {

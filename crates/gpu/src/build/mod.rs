@@ -5,9 +5,11 @@
 
 pub mod boxes;
 pub mod codes;
+pub mod hlbvh2;
 mod merge;
 mod nodes;
 mod pyramid;
+mod splits;
 
 use crate::error::GpuError;
 use crate::kernel::Kernel;
@@ -22,11 +24,16 @@ pub const NODE_WORDS: u64 = 9;
 pub const MAX_ELEMENTS: u32 = WORKGROUPS_PER_AXIS / 2 * GROUP;
 
 /// Every kernel of this module.
-pub(crate) static KERNELS: [&Kernel; 8] = [
+pub(crate) static KERNELS: [&Kernel; 13] = [
     &boxes::BOXES,
     &codes::EXTENTS,
     &codes::CODES,
     &merge::MERGE,
+    &splits::SPLIT,
+    &hlbvh2::COUNT_CELLS,
+    &hlbvh2::TOP,
+    &hlbvh2::PLACE,
+    &hlbvh2::QUEUE,
     &pyramid::GATHER,
     &pyramid::LEVELS_KERNEL,
     &nodes::NODES,
@@ -38,11 +45,16 @@ pub(crate) static KERNELS: [&Kernel; 8] = [
 pub enum Builder {
     /// From sorted codes in one pass from the bottom up: the tree that the CPU calls `morton`.
     Morton,
+    /// The same tree from the top down, level by level, from work queues: `MiddleOnly` of the paper on HLBVH2.
+    MortonQueues,
+    /// HLBVH2: clusters from work queues, under a tree by the surface-area heuristic over a grid.
+    Hlbvh2,
 }
 
 impl Builder {
     /// All, with their names.
-    pub const ALL: [(&'static str, Self); 1] = [("morton", Self::Morton)];
+    pub const ALL: [(&'static str, Self); 3] =
+        [("morton", Self::Morton), ("morton-queues", Self::MortonQueues), ("hlbvh2", Self::Hlbvh2)];
 
     /// The builder of this name.
     #[must_use]
@@ -96,13 +108,19 @@ pub fn record(
     mark("codes", recording);
     let sorted = codes::sort(recording, codes, count)?;
     mark("sort", recording);
-    let splits = match builder {
-        Builder::Morton => merge::record(recording, sorted, count, leaf),
+    let (splits, order) = match builder {
+        Builder::Morton => (merge::record(recording, sorted, count, leaf), sorted.order),
+        Builder::MortonQueues => (splits::record(recording, sorted.codes, count, leaf), sorted.order),
+        Builder::Hlbvh2 => {
+            let clusters = hlbvh2::record_top(recording, codes.extents, sorted, count);
+            mark("top", recording);
+            (hlbvh2::record(recording, &clusters, count, leaf), clusters.placed.order)
+        }
     };
     mark("hierarchy", recording);
-    let pyramid = pyramid::record(recording, boxes, sorted.order, count)?;
+    let pyramid = pyramid::record(recording, boxes, order, count)?;
     mark("boxes", recording);
-    let tree = nodes::record(recording, splits, (pyramid, sorted.order), count)?;
+    let tree = nodes::record(recording, splits, (pyramid, order), count)?;
     mark("nodes", recording);
     Ok(tree)
 }

@@ -1,6 +1,6 @@
 //! The nodes of a tree whose splits are known: numbers depth first, and boxes.
 
-use super::merge::Splits;
+use super::splits::Splits;
 use super::{DeviceTree, NODE_WORDS};
 use crate::error::GpuError;
 use crate::kernel::{device_struct, kernel};

@@ -17,7 +17,7 @@ pub const MAX_ENTRIES: u32 = {
 };
 
 device_struct! {
-    struct NextParameters as "Parameters" { capacity, full, empty }
+    pub(crate) struct NextParameters as "Parameters" { capacity, full, empty }
 }
 device_struct! {
     struct SplitParameters as "Parameters" { capacity, leaf, full, next, leaves }
@@ -81,7 +81,7 @@ pub fn record(recording: &mut Recording, count: u32, leaf: u32, capacity: u32) -
 }
 
 /// How many levels the tree has.
-fn levels(count: u32, leaf: u32) -> u32 {
+pub(crate) fn levels(count: u32, leaf: u32) -> u32 {
     let (mut longest, mut levels) = (count, 1);
     while longest > leaf {
         longest = longest.div_ceil(2);

@@ -2,6 +2,7 @@
 // numbers. Every step is exact or rounded as WGSL prescribes, the division by integers: codes are the same on all devices.
 //#include doubled_centre
 //#include group
+//#include morton
 
 struct Parameters {
     count: u32,
@@ -40,14 +41,6 @@ fn cells_by(x: f32) -> f32 {
     }
     digits += select(0u, 1u, 2u * rest > mantissa || (2u * rest == mantissa && (digits & 1u) != 0u));
     return bitcast<f32>(((263u - exponent) << 23u) + (digits - 0x800000u));
-}
-
-/// The bits of a number below 1024, two places apart from each other.
-fn spread(cell: u32) -> u32 {
-    var x = (cell | (cell << 16u)) & 0x030000ffu;
-    x = (x | (x << 8u)) & 0x0300f00fu;
-    x = (x | (x << 4u)) & 0x030c30c3u;
-    return (x | (x << 2u)) & 0x09249249u;
 }
 
 @compute @workgroup_size(GROUP)

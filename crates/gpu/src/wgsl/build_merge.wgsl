@@ -5,6 +5,7 @@
 // where they end on the outer side, and stops; the second goes on with both. What they tell each other is one word, exchanged by one atomic
 // operation: WGSL promises nothing about the order in which others see anything else. Boxes come later.
 //#include group
+//#include splits
 
 struct Parameters {
     count: u32,
@@ -72,12 +73,6 @@ fn is_below(right: u32, left: u32) -> bool {
     return halved(right - first, length).x > halved(left - first, length).x;
 }
 
-/// Notes the node of a run with its split.
-fn put(first: u32, last: u32, split: u32) {
-    spans[split] = vec2<u32>(first, last + 1u);
-    atomicAdd(&starting[first], 1u);
-}
-
 /// Whether the node above a run, which is its left or its right child, holds more than `most` elements; `most` is no less than
 /// the run has.
 fn is_parent_longer(first: u32, last: u32, is_left: bool, most: u32) -> bool {
@@ -111,12 +106,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let is_left = first == 0u || (last + 1u < count && is_below(last, first - 1u));
         let length = last + 1u - first;
         if (length > 2u * parameters.leaf) {
-            put(first, last, split);
+            put_split(first, last + 1u, split);
         } else if (length > parameters.leaf) {
             // A run that two leaves can hold is parted so that two do, as near as possible to its split.
             if (is_root || is_parent_longer(first, last, is_left, 2u * parameters.leaf)) {
                 let left = clamp(split + 1u - first, length - parameters.leaf, parameters.leaf);
-                put(first, last, first + left - 1u);
+                put_split(first, last + 1u, first + left - 1u);
             }
         }
         if (is_root) {

@@ -2,8 +2,11 @@
 //! workgroups and adversarial boxes, in poisoned buffers.
 
 use crate::common::software;
+use std::collections::BTreeMap;
 use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Scratch, Violation, validate};
 use vastlight_gpu::build::boxes::{box_words, boxes};
+use vastlight_gpu::build::codes::codes;
+use vastlight_gpu::build::hlbvh2::{Top, top};
 use vastlight_gpu::build::{Builder, DeviceTree, record, record_refit, tree_of_words};
 use vastlight_gpu::{Executor, GpuError, Recording, Results, build};
 use vastlight_math::rng::{hash_words, unit_f32};
@@ -93,9 +96,72 @@ fn built(executor: &mut Executor, builder: Builder, boxes: &[Aabb], leaf: u32) -
 
 /// The tree that the CPU builds.
 fn expected(name: &str, boxes: &[Aabb], max_leaf: u32) -> BinaryTree {
+    let name = match name {
+        "hlbvh2" => return hlbvh2(boxes, max_leaf as usize),
+        "morton-queues" => "morton",
+        same => same,
+    };
     let mut references: Vec<Reference> = boxes.iter().zip(0..).map(|(b, i)| Reference::new(b, i)).collect();
     let config = BuildConfig { max_leaf, ..BuildConfig::default() };
     vastlight_accel::build(name, &mut references, None, &config, &mut Scratch::default()).expect("built")
+}
+
+/// HLBVH2 with the top level that the device has, by the CPU.
+fn hlbvh2(boxes: &[Aabb], leaf: usize) -> BinaryTree {
+    let (extents, codes) = codes(boxes);
+    let mut sorted: Vec<(u32, u32)> = codes.iter().copied().zip(0..).collect();
+    sorted.sort_unstable();
+    let Top { clusters, splits } = top(extents, &codes);
+    let mut placed = Vec::new();
+    let mut middles: BTreeMap<(usize, usize), usize> =
+        splits.iter().map(|s| ((s[0] as usize, s[1] as usize), s[2] as usize)).collect();
+    for (cell, held) in clusters {
+        let start = sorted.partition_point(|(code, _)| code >> 15 < cell);
+        placed.extend(&sorted[start..start + held as usize]);
+        split(&placed, (placed.len() - held as usize, placed.len()), leaf, &mut middles);
+    }
+    let mut tree = BinaryTree { nodes: Vec::new(), prims: placed.iter().map(|pair| pair.1).collect() };
+    if !boxes.is_empty() {
+        let root = Node { bounds: Aabb::EMPTY, left: 0, first: 0, count: boxes.len() as u32 };
+        tree.nodes.push(root);
+        number(&mut tree, 0, &middles);
+    }
+    refitted(&tree, &seen(boxes))
+}
+
+/// Finds the splits of a run of codes.
+fn split(
+    codes: &[(u32, u32)],
+    (first, end): (usize, usize),
+    leaf: usize,
+    middles: &mut BTreeMap<(usize, usize), usize>,
+) {
+    let length = end - first;
+    if length <= leaf {
+        return;
+    }
+    let differ = codes[first].0 ^ codes[end - 1].0;
+    let goes_left = |pair: &(u32, u32)| pair.0 & 1 << differ.ilog2() == 0;
+    let mut left = if differ == 0 { length / 2 } else { codes[first..end].partition_point(goes_left) };
+    if length <= 2 * leaf {
+        left = left.clamp(length - leaf, leaf);
+    }
+    middles.insert((first, end), first + left);
+    split(codes, (first, first + left), leaf, middles);
+    split(codes, (first + left, end), leaf, middles);
+}
+
+/// Adds what is below a node, depth first.
+fn number(tree: &mut BinaryTree, node: usize, middles: &BTreeMap<(usize, usize), usize>) {
+    let Node { first, count, .. } = tree.nodes[node];
+    if let Some(&middle) = middles.get(&(first as usize, (first + count) as usize)) {
+        let (left, middle) = (tree.nodes.len(), middle as u32);
+        tree.nodes[node].left = left as u32;
+        let child = |first, count| Node { bounds: Aabb::EMPTY, left: 0, first, count };
+        tree.nodes.extend([child(first, middle - first), child(middle, first + count - middle)]);
+        number(tree, left, middles);
+        number(tree, left + 1, middles);
+    }
 }
 
 /// The boxes as builders see them.

@@ -1,0 +1,159 @@
+// Regions of cells of one of three levels of detail, 32, 16 or 8 cells a side, and the plane of least cost through one: A4 of the
+// grid builder. Who includes this has `cells: array<u32>`: how many elements come before each cell of the finest level.
+//#include morton
+//#include wide_number
+
+/// Coarsest level of detail, 8 cells a side.
+const COARSEST: u32 = 2u;
+
+/// Cells from `low` to `high`, at most eight a side.
+struct Region {
+    low: array<u32, 3>,
+    high: array<u32, 3>,
+    level: u32,
+}
+
+/// A plane: bins up to `last` go left, with `count` elements; `axis` 3 for none.
+struct Plane {
+    axis: u32,
+    last: u32,
+    count: u32,
+}
+
+/// Elements in the bins of each axis, and which bins of the next axis, and of the one after that, have any together with each.
+var<private> bin_counts: array<u32, 24>;
+var<private> bin_rows: array<u32, 24>;
+
+fn pack_region(r: Region) -> u32 {
+    let low = r.low[0] | (r.low[1] << 5u) | (r.low[2] << 10u);
+    let high = r.high[0] | (r.high[1] << 5u) | (r.high[2] << 10u);
+    return low | (high << 15u) | (r.level << 30u);
+}
+
+fn unpack_region(word: u32) -> Region {
+    let low = array<u32, 3>(word & 31u, (word >> 5u) & 31u, (word >> 10u) & 31u);
+    let high = array<u32, 3>((word >> 15u) & 31u, (word >> 20u) & 31u, (word >> 25u) & 31u);
+    return Region(low, high, word >> 30u);
+}
+
+/// The number of the first cell of the finest level in a cell.
+fn cell_number(x: u32, y: u32, z: u32, level: u32) -> u32 {
+    return ((spread(x) << 2u) | (spread(y) << 1u) | spread(z)) << (3u * level);
+}
+
+/// The same region by finer cells, where at most four a side become at most eight.
+fn refined(region: Region) -> Region {
+    var r = region;
+    var side = 0u;
+    for (var axis = 0u; axis < 3u; axis++) {
+        side = max(side, r.high[axis] - r.low[axis] + 1u);
+    }
+    for (; side <= 4u && r.level > 0u; side *= 2u) {
+        for (var axis = 0u; axis < 3u; axis++) {
+            r.low[axis] = 2u * r.low[axis];
+            r.high[axis] = 2u * r.high[axis] + 1u;
+        }
+        r.level--;
+    }
+    return r;
+}
+
+/// Counts what is in the cells of a region.
+fn fill_bins(r: Region) {
+    for (var i = 0u; i < 24u; i++) {
+        bin_counts[i] = 0u;
+        bin_rows[i] = 0u;
+    }
+    for (var z = r.low[2]; z <= r.high[2]; z++) {
+        for (var y = r.low[1]; y <= r.high[1]; y++) {
+            for (var x = r.low[0]; x <= r.high[0]; x++) {
+                let cell = cell_number(x, y, z, r.level);
+                let held = cells[cell + (1u << (3u * r.level))] - cells[cell];
+                if (held > 0u) {
+                    add_cell(x - r.low[0], 8u + y - r.low[1], 16u + z - r.low[2], held);
+                }
+            }
+        }
+    }
+}
+
+fn add_cell(x: u32, y: u32, z: u32, held: u32) {
+    bin_counts[x] += held;
+    bin_counts[y] += held;
+    bin_counts[z] += held;
+    bin_rows[x] |= (1u << (y - 8u)) | (1u << (z - 8u));
+    bin_rows[y] |= (1u << (z - 16u)) | (256u << x);
+    bin_rows[z] |= (1u << x) | (256u << (y - 8u));
+}
+
+/// What of a region is in the bins `from_bin..end_bin` of an axis, as tight as cells tell.
+fn tight_part(region: Region, axis: u32, from_bin: u32, end_bin: u32) -> Region {
+    var own = 0u;
+    var others = 0u;
+    for (var bin = from_bin; bin < end_bin; bin++) {
+        let row = bin_rows[8u * axis + bin];
+        own |= select(0u, 1u << bin, row != 0u);
+        others |= row;
+    }
+    var r = region;
+    var masks = array<u32, 3>(own, others & 255u, others >> 8u);
+    for (var k = 0u; k < 3u; k++) {
+        let of_axis = (axis + k) % 3u;
+        r.high[of_axis] = r.low[of_axis] + firstLeadingBit(masks[k]);
+        r.low[of_axis] += firstTrailingBit(masks[k]);
+    }
+    return r;
+}
+
+/// Length of the span between the lowest and the highest bit.
+fn span_of(mask: u32) -> u32 {
+    return select(firstLeadingBit(mask) - firstTrailingBit(mask) + 1u, 0u, mask == 0u);
+}
+
+/// Elements times the area of the box around what is in the rows `others` and `own`, in bits high and low. Exact: sizes of cells are
+/// at most 1023.
+fn side_cost(count: u32, own: u32, others: u32, sizes: array<u32, 3>) -> vec2<u32> {
+    let a = span_of(own) * sizes[0];
+    let b = span_of(others & 255u) * sizes[1];
+    let c = span_of(others >> 8u) * sizes[2];
+    return wide_words(a * b + b * c + c * a, count);
+}
+
+fn is_less(a: vec2<u32>, b: vec2<u32>) -> bool {
+    return a.x < b.x || (a.x == b.x && a.y < b.y);
+}
+
+/// The plane of least cost through what was counted, the first of several; cells have these sizes.
+fn best_plane(total: u32, cell_sizes: array<u32, 3>) -> Plane {
+    var sizes = cell_sizes;
+    var best = Plane(3u, 0u, 0u);
+    var least = vec2<u32>(0xffffffffu);
+    for (var axis = 0u; axis < 3u; axis++) {
+        let turned = array<u32, 3>(sizes[axis], sizes[(axis + 1u) % 3u], sizes[(axis + 2u) % 3u]);
+        var right: array<vec2<u32>, 8>;
+        var count = 0u;
+        var own = 0u;
+        var others = 0u;
+        for (var bin = 7u; bin > 0u; bin--) {
+            count += bin_counts[8u * axis + bin];
+            own |= select(0u, 1u << bin, bin_counts[8u * axis + bin] != 0u);
+            others |= bin_rows[8u * axis + bin];
+            right[bin] = side_cost(count, own, others, turned);
+        }
+        count = 0u;
+        own = 0u;
+        others = 0u;
+        for (var bin = 0u; bin < 7u; bin++) {
+            count += bin_counts[8u * axis + bin];
+            own |= select(0u, 1u << bin, bin_counts[8u * axis + bin] != 0u);
+            others |= bin_rows[8u * axis + bin];
+            let left = side_cost(count, own, others, turned);
+            let cost = wide_sum(left, right[bin + 1u]);
+            if (count > 0u && count < total && is_less(cost, least)) {
+                least = cost;
+                best = Plane(axis, bin, count);
+            }
+        }
+    }
+    return best;
+}
