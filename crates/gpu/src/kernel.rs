@@ -117,6 +117,7 @@ const SHARED: &[(&str, &str)] = &[
     ("walk", include_str!("wgsl/shared/walk.wgsl")),
     ("warp", include_str!("wgsl/shared/path/warp.wgsl")),
     ("wide_number", include_str!("wgsl/shared/wide_number.wgsl")),
+    ("wide_slots", include_str!("wgsl/shared/wide_slots.wgsl")),
 ];
 
 /// Every kernel.

@@ -20,6 +20,9 @@ const CELLS: u32 = 1 << 15;
 /// Lower bits of a code, which elements of a cluster do not share.
 const CLUSTER_SHIFT: u32 = 15;
 
+/// Most levels of nodes above equal codes: each split over the grid takes a layer of its cells at least, those below a bit.
+pub(super) const LEVELS: u32 = 3 * 31 + CLUSTER_SHIFT;
+
 device_struct! {
     struct CountParameters as "Parameters" { count }
 }

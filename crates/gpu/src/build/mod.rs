@@ -10,11 +10,12 @@ mod merge;
 mod nodes;
 mod pyramid;
 mod splits;
+pub mod wide;
 
 use crate::error::GpuError;
 use crate::kernel::Kernel;
 use crate::limits::WORKGROUPS_PER_AXIS;
-use crate::primitives::GROUP;
+use crate::primitives::{GROUP, queue};
 use crate::recording::{Buffer, Recording};
 use vastlight_accel::{BinaryTree, Node};
 
@@ -24,7 +25,7 @@ pub const NODE_WORDS: u64 = 9;
 pub const MAX_ELEMENTS: u32 = WORKGROUPS_PER_AXIS / 2 * GROUP;
 
 /// Every kernel of this module.
-pub(crate) static KERNELS: [&Kernel; 13] = [
+pub(crate) static KERNELS: [&Kernel; 16] = [
     &boxes::BOXES,
     &codes::EXTENTS,
     &codes::CODES,
@@ -38,6 +39,9 @@ pub(crate) static KERNELS: [&Kernel; 13] = [
     &pyramid::LEVELS_KERNEL,
     &nodes::NODES,
     &nodes::REFIT,
+    &wide::BEGIN,
+    &wide::OPEN,
+    &wide::NODES,
 ];
 
 /// Builders by name.
@@ -74,6 +78,8 @@ pub struct DeviceTree {
     pub order: Buffer,
     /// How many elements there are.
     pub count: u32,
+    /// Most nodes with children on a way from the root to a leaf.
+    pub levels: u32,
 }
 
 impl DeviceTree {
@@ -122,7 +128,8 @@ pub fn record(
     mark("boxes", recording);
     let tree = nodes::record(recording, splits, (pyramid, order), count)?;
     mark("nodes", recording);
-    Ok(tree)
+    let above = if builder == Builder::Hlbvh2 { hlbvh2::LEVELS } else { codes::CODE_BITS };
+    Ok(DeviceTree { levels: above + queue::levels(count, leaf.max(1)), ..tree })
 }
 
 /// Records new boxes for all nodes of a tree whose elements have the boxes `boxes` now.

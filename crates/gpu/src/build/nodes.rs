@@ -32,7 +32,7 @@ pub(super) fn record(
     recording.dispatch(&NODES, &Parameters { count }, &buffers, Groups::Direct(count.div_ceil(GROUP)));
     let pairs = recording.buffer("pairs of children", 1);
     recording.copy(before, count.into(), pairs, 1);
-    Ok(DeviceTree { nodes, pairs, order, count })
+    Ok(DeviceTree { nodes, pairs, order, count, levels: count })
 }
 
 /// A tree over nothing.
@@ -40,7 +40,7 @@ pub(super) fn nothing(recording: &mut Recording) -> DeviceTree {
     let [nodes, pairs, order] =
         ["nodes", "pairs of children", "order"].map(|label| recording.buffer(label, 1));
     recording.clear(pairs);
-    DeviceTree { nodes, pairs, order, count: 0 }
+    DeviceTree { nodes, pairs, order, count: 0, levels: 0 }
 }
 
 /// Most nodes of a tree over so many elements.

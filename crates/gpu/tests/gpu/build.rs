@@ -3,10 +3,12 @@
 
 use crate::common::software;
 use std::collections::BTreeMap;
-use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Scratch, Violation, validate};
+use vastlight_accel::wide::{Boxes, Node8, validate_nodes};
+use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Report, Scratch, Violation, validate};
 use vastlight_gpu::build::boxes::{box_words, boxes};
 use vastlight_gpu::build::codes::codes;
 use vastlight_gpu::build::hlbvh2::{Top, top};
+use vastlight_gpu::build::wide::{self, Wide};
 use vastlight_gpu::build::{Builder, DeviceTree, record, record_refit, tree_of_words};
 use vastlight_gpu::{Executor, GpuError, Recording, Results, build};
 use vastlight_math::rng::{hash_words, unit_f32};
@@ -371,4 +373,71 @@ fn refitted_boxes_are_those_of_the_cpu() {
         validate(&tree, &moved, 8).expect("valid");
         assert!(n == 0 || tree.nodes != before.nodes, "they moved");
     }
+}
+
+/// The wide tree that the device makes of a binary one, with room for so many nodes, and how many there would be.
+fn collapsed(
+    executor: &mut Executor,
+    builder: Builder,
+    boxes: &[Aabb],
+    room: u32,
+) -> (Wide, BinaryTree, u32) {
+    let mut recording = Recording::new();
+    let input = recording.upload("boxes", &words(boxes));
+    let fits = (boxes.len() as u32, 4);
+    let tree = record(&mut recording, builder, input, fits, &mut Vec::new()).expect("few");
+    let wide = wide::record(&mut recording, &tree, room).expect("few");
+    let binary = Downloads::new(&mut recording, &tree);
+    let nodes = recording.download(wide.nodes, wide::WIDE_WORDS * u64::from(room.max(1)));
+    let leaves = recording.download(wide.leaves, 2 * boxes.len() as u64);
+    let counts = [wide.node_count, wide.leaf_count].map(|count| recording.download(count, 1));
+    let results = executor.run(&recording).expect("runs");
+    let [node_count, leaf_count] = counts.map(|count| results.words(count)[0]);
+    let nodes: Vec<Node8> = bytemuck::pod_collect_to_vec(&results.words(nodes));
+    let leaves: Vec<[u32; 2]> = bytemuck::pod_collect_to_vec(&results.words(leaves));
+    let nodes = nodes.into_iter().take(node_count as usize).collect();
+    let leaves = leaves.into_iter().take(leaf_count as usize).collect();
+    (Wide { nodes, leaves }, binary.tree(&results), node_count)
+}
+
+fn valid(wide: &Wide, tree: &BinaryTree, boxes: &[Aabb]) -> Result<Report, Violation> {
+    let leaf = |leaf: usize| {
+        let [first, count] = *wide.leaves.get(leaf)?;
+        let prims = tree.prims.get(first as usize..(first + count) as usize)?;
+        Some(prims.iter().map(|&prim| (prim, boxes[prim as usize])).collect())
+    };
+    validate_nodes(&wide.nodes, wide.root(), boxes.len(), Boxes::Nested, leaf, |_, _| false)
+}
+
+#[test]
+fn wide_trees_are_valid_and_those_of_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    for (name, boxes) in cases() {
+        let builders = if boxes.len() < 3000 { &Builder::ALL[..] } else { &Builder::ALL[2..] };
+        for &(builder_name, builder) in builders {
+            let (wide, tree, _) = collapsed(&mut executor, builder, &boxes, boxes.len() as u32);
+            let report =
+                valid(&wide, &tree, &seen(&boxes)).unwrap_or_else(|e| panic!("{name} {builder_name}: {e}"));
+            assert_eq!(report.references, boxes.len());
+            assert!(wide == wide::collapse(&tree), "{name} {builder_name}");
+        }
+    }
+}
+
+#[test]
+fn wide_trees_that_differ_or_do_not_fit_are_found() {
+    let Some(mut executor) = software() else { return };
+    let boxes = many(3000, 0.05);
+    let (wide, tree, all) = collapsed(&mut executor, Builder::Morton, &boxes, 3000);
+    assert!(valid(&wide, &tree, &seen(&boxes)).is_ok() && all > 100);
+    let mut other = wide.clone();
+    other.nodes[50].planes[1][0][0] += 1.0;
+    assert!(valid(&other, &tree, &seen(&boxes)).is_err() && other != wide::collapse(&tree));
+    let mut other = wide.clone();
+    other.leaves[7][1] += 1;
+    assert!(valid(&other, &tree, &seen(&boxes)).is_err());
+    let (part, _, wanted) = collapsed(&mut executor, Builder::Morton, &boxes, 60);
+    assert_eq!((part.nodes.len(), wanted), (60, all));
+    assert!(part.nodes == wide.nodes[..60]);
+    assert!(valid(&part, &tree, &seen(&boxes)).is_err());
 }
