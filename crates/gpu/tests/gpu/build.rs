@@ -175,7 +175,7 @@ fn seen(boxes: &[Aabb]) -> Vec<Aabb> {
 fn trees_are_valid_and_those_of_the_cpu() {
     let Some(mut executor) = software() else { return };
     for (name, boxes) in cases() {
-        let leaves = if boxes.len() < 3000 { [1, 3, 8].as_slice() } else { &[8] };
+        let leaves = if boxes.len() < 1000 { [1, 3, 8].as_slice() } else { &[8] };
         for (&leaf, (builder_name, builder)) in leaves.iter().flat_map(|l| Builder::ALL.map(|b| (l, b))) {
             let tree = built(&mut executor, builder, &boxes, leaf);
             validate(&tree, &seen(&boxes), leaf)
