@@ -2,7 +2,7 @@
 
 use crate::commands::{bench, devices, diff, generate, info, pack, render, validate};
 use clap::{Args, Parser, Subcommand};
-use vastlight::{Error, ErrorClass, parse_bytes};
+use vastlight::{Device, DeviceRequest, Error, ErrorClass, parse_bytes};
 
 /// A path tracer for scenes of any size
 ///
@@ -44,9 +44,16 @@ pub(crate) struct Common {
     /// starts; scenes larger than the budget are packed to a store first [default: 3/4 of the machine]
     #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes)]
     pub(crate) memory: Option<u64>,
-    /// Device to compute on; see `vastlight devices`. Rendering on gpu comes with a later version, bench sort is there
+    /// Device to compute on; see `vastlight devices`. auto takes a graphics card where there is one, gpu also a software
+    /// adapter
     #[arg(long, global = true, value_name = "auto|cpu|gpu[:N]", default_value = "auto", value_parser = device)]
     pub(crate) device: Device,
+    /// Most memory on a graphics processor, such as 4GiB [default: what it has]
+    #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes)]
+    pub(crate) gpu_memory: Option<u64>,
+    /// Go on on the CPU where the graphics processor fails, with a warning; auto does so in any case
+    #[arg(long, global = true)]
+    pub(crate) gpu_fallback: bool,
     /// More messages
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     pub(crate) verbose: bool,
@@ -66,15 +73,6 @@ impl Common {
     }
 }
 
-/// Where to compute.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Device {
-    Auto,
-    Cpu,
-    /// The graphics processor of this number, or the first usable one.
-    Gpu(Option<u32>),
-}
-
 fn device(text: &str) -> Result<Device, String> {
     match text {
         "auto" => Ok(Device::Auto),
@@ -90,15 +88,20 @@ fn device(text: &str) -> Result<Device, String> {
 }
 
 impl Common {
+    /// What is asked of devices.
+    pub(crate) fn device_request(&self) -> DeviceRequest {
+        DeviceRequest { device: self.device, gpu_memory: self.gpu_memory, fallback: self.gpu_fallback }
+    }
+
     /// Refuses devices on which a command does not work yet.
     pub(crate) fn check(&self, command: &Command) -> Result<(), Error> {
         let knows_gpu = match command {
-            Command::Devices(_) => true,
+            Command::Devices(_) | Command::Render(_) => true,
             Command::Bench(bench) => bench.knows_gpu(),
             _ => false,
         };
         if matches!(self.device, Device::Gpu(_)) && !knows_gpu {
-            let what = "rendering on graphics processors is not available yet";
+            let what = "this command does not use graphics processors";
             return Err(Error::new(ErrorClass::Device, what, "--device gpu", "use --device cpu"));
         }
         Ok(())

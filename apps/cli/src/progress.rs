@@ -53,6 +53,10 @@ impl Reporter {
             Self::Bar(bar) => {
                 bar.set_length(progress.samples_total);
                 bar.set_position(progress.samples);
+                if let Some([ready, all]) = progress.kernels {
+                    bar.set_message(format!("{ready} of {all} kernels compiled"));
+                    return;
+                }
                 let pages = progress.residency.as_ref().map_or(String::new(), pages_in_words);
                 bar.set_message(format!("{} spp, {} left{pages}", progress.spp, eta(progress)));
             }
@@ -157,5 +161,6 @@ fn json_line(progress: &Progress) -> serde_json::Value {
         "eta_s": progress.remaining.map(|r| r.as_secs_f64()),
         "msamples_per_s": progress.samples as f64 / 1e6 / elapsed.max(1e-9),
         "residency": progress.residency,
+        "kernels": progress.kernels,
     })
 }

@@ -30,7 +30,8 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
         ("render demo:cornell -o a.png --override missing.toml", 3, "missing.toml"),
         ("render demo:cornell -o a.png --camera nobody", 3, "no camera"),
         ("render demo:cornell -o a.png --memory 1MiB", 4, "budget"),
-        ("render demo:cornell -o a.png --device gpu", 5, "cpu"),
+        ("info demo:cornell --device gpu", 5, "cpu"),
+        ("render demo:cornell -o a.png --gpu-memory much", 2, "8GiB"),
         ("render demo:cornell -o a.png --device gpu:x", 2, "gpu:N"),
         ("render demo:cornell -o no/such/a.png", 6, "does not exist"),
         ("render demo:cornell -o a.png --stats no/such/s.json", 6, "does not exist"),
@@ -61,7 +62,6 @@ fn flags_of_later_versions_are_refused_not_ignored() {
         "--passes 1-2",
         "--denoise",
         "--caustics photons",
-        "--gpu-memory 1GiB",
         "--integrator photon-caustics",
     ];
     for flag in flags {

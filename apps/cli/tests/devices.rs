@@ -23,14 +23,69 @@ fn devices_are_listed_for_people_and_for_programs() {
     assert_eq!(text.stdout.lines().count(), devices.len().max(2));
 }
 
+/// Whether there is an adapter; if not, says that a test was skipped.
+fn has_adapter(w: &Workspace) -> bool {
+    let outcome = w.run("bench sort -n 100 --repeat 1 --device gpu");
+    let missing = outcome.code == 5 && outcome.stderr.contains("mesa-vulkan-drivers");
+    if missing {
+        println!("skipped: no adapter: no software Vulkan driver (Debian: mesa-vulkan-drivers libvulkan1)");
+    }
+    !missing
+}
+
+#[test]
+fn a_graphics_processor_renders_the_picture_of_the_cpu_and_is_named() {
+    let w = Workspace::new();
+    if !has_adapter(&w) {
+        return;
+    }
+    let picture = "render demo:cornell -r 32x18 --spp 3 --aov depth,object";
+    assert_eq!(w.run(&format!("{picture} -o cpu.exr --device cpu")).code, 0);
+    let outcome = w.run(&format!("{picture} -o gpu.exr --device gpu --stats s.json --gpu-memory 1GiB"));
+    assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+    let stats = w.json("s.json");
+    assert_eq!((&stats["device"], &stats["fallback"]), (&"gpu".into(), &serde_json::Value::Null));
+    assert!(stats["adapter"].as_str().is_some_and(|name| !name.is_empty()), "{stats}");
+    assert_eq!(stats["samples"].as_u64(), Some(32 * 18 * 3));
+    let same = w.run("diff cpu.exr gpu.exr --tolerance 1e-5");
+    assert_eq!(same.code, 0, "{}", same.stdout);
+    assert_eq!(w.run("render demo:cornell -r 32x18 --spp 3 -o other.exr --seed 1 --device cpu").code, 0);
+    assert_eq!(w.run("diff other.exr gpu.exr --tolerance 1e-5").code, 1);
+    let outcome = w.run("bench path demo:cornell -r 8x8 --spp 1 --device gpu");
+    let line: serde_json::Value = serde_json::from_str(outcome.stdout.trim()).unwrap();
+    assert_eq!((&line["device"], &line["samples"]), (&"gpu".into(), &64.into()));
+}
+
+#[test]
+fn what_fails_on_a_graphics_processor_is_an_error_or_goes_on_on_the_cpu_with_a_warning() {
+    let w = Workspace::new();
+    let render = "render demo:cornell -r 16x9 --spp 1 -o a.exr --stats s.json";
+    for fails in ["--device gpu:99", "--device gpu --gpu-memory 1MiB", "--device gpu --integrator whitted"] {
+        let outcome = w.run(&format!("{render} {fails}"));
+        assert_eq!(
+            (outcome.code, outcome.stderr.lines().last().map(|l| l.starts_with("error: "))),
+            (5, Some(true))
+        );
+        assert_eq!(w.files(), Vec::<String>::new(), "{fails}");
+    }
+    for fails in ["--device gpu:99", "--device gpu --gpu-memory 1MiB"] {
+        let outcome = w.run(&format!("{render} {fails} --gpu-fallback"));
+        assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("warning: rendered on the CPU: "), "{}", outcome.stderr);
+        let stats = w.json("s.json");
+        assert!(stats["device"] == "cpu" && stats["fallback"].is_string(), "{stats}");
+    }
+    let automatic = w.run(&format!("{render} --device auto"));
+    assert_eq!(automatic.code, 0);
+}
+
 #[test]
 fn sorts_run_on_a_graphics_processor_or_say_why_not() {
     let w = Workspace::new();
     let outcome = w.run("bench sort -n 5000 --repeat 1 --device gpu:99");
     assert_eq!((outcome.code, outcome.stdout.as_str()), (5, ""), "{}", outcome.stderr);
     let outcome = w.run("bench sort -n 5000 --repeat 1 --device gpu");
-    if outcome.code == 5 && outcome.stderr.contains("mesa-vulkan-drivers") {
-        println!("skipped: no adapter: no software Vulkan driver (Debian: mesa-vulkan-drivers libvulkan1)");
+    if !has_adapter(&w) {
         return;
     }
     assert_eq!(outcome.code, 0, "{}", outcome.stderr);

@@ -42,6 +42,14 @@ impl Drivers {
         Self::of(wgpu::Backends::PRIMARY, wgpu::Limits::defaults())
     }
 
+    /// Whether it is worth looking for a card: false where the system has no node for one. Loading drivers takes
+    /// time, and some of them print.
+    #[must_use]
+    pub fn may_have_hardware() -> bool {
+        let nodes = ["/dev/dri", "/dev/dxg", "/dev/nvidia0", "/dev/kgsl-3d0", "/dev/mali0"];
+        !cfg!(target_os = "linux") || nodes.iter().any(|node| std::path::Path::new(node).exists())
+    }
+
     /// As on a machine without any driver.
     #[must_use]
     pub fn none() -> Self {

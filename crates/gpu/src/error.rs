@@ -67,6 +67,12 @@ pub enum GpuError {
         /// The driver's words.
         reason: String,
     },
+    /// There is no way to bring a scene to a device, or to render it there.
+    #[error("{reason}")]
+    Scene {
+        /// Why.
+        reason: String,
+    },
     /// A kernel did not compile.
     #[error("kernel {kernel} does not compile: {reason}")]
     Kernel {
@@ -97,6 +103,7 @@ impl GpuError {
                 "update its driver, choose another with --device gpu:N, or use --device cpu"
             }
             Self::Refused { .. } => "see whether another program holds it, or use --device cpu",
+            Self::Scene { .. } => "use --device cpu",
             Self::Limit { .. } => "use a smaller batch or scene, or --device cpu",
             Self::OutOfMemory { .. } => {
                 "close other programs on the device, lower --gpu-memory, or use --device cpu"

@@ -2,7 +2,7 @@
 //!
 //! A line `//#include NAME` stands for the shared part of that name, which is put in once.
 
-use crate::{build, primitives, trace};
+use crate::{build, path, primitives, trace};
 
 /// A kernel: one file of `wgsl/` with one entry point, `main`.
 #[derive(Debug, PartialEq, Eq)]
@@ -85,6 +85,7 @@ const SHARED: &[(&str, &str)] = &[
     ("frame", include_str!("wgsl/shared/path/frame.wgsl")),
     ("group", include_str!("wgsl/shared/group.wgsl")),
     ("group_scan", include_str!("wgsl/shared/group_scan.wgsl")),
+    ("layouts", include_str!("wgsl/shared/path/layouts.wgsl")),
     ("light_environment", include_str!("wgsl/shared/path/light_environment.wgsl")),
     ("light_grid", include_str!("wgsl/shared/path/light_grid.wgsl")),
     ("light_ies", include_str!("wgsl/shared/path/light_ies.wgsl")),
@@ -97,13 +98,18 @@ const SHARED: &[(&str, &str)] = &[
     ("light_triangle", include_str!("wgsl/shared/path/light_triangle.wgsl")),
     ("light_words", include_str!("wgsl/shared/path/light_words.wgsl")),
     ("lights", include_str!("wgsl/shared/path/lights.wgsl")),
+    ("material", include_str!("wgsl/shared/path/material.wgsl")),
+    ("medium", include_str!("wgsl/shared/path/medium.wgsl")),
     ("morton", include_str!("wgsl/shared/morton.wgsl")),
     ("page", include_str!("wgsl/shared/page.wgsl")),
+    ("path_rays", include_str!("wgsl/shared/path/path_rays.wgsl")),
+    ("path_state", include_str!("wgsl/shared/path/path_state.wgsl")),
     ("pyramid", include_str!("wgsl/shared/pyramid.wgsl")),
     ("queue", include_str!("wgsl/shared/queue.wgsl")),
     ("radix", include_str!("wgsl/shared/radix.wgsl")),
     ("radix_emit", include_str!("wgsl/shared/radix_emit.wgsl")),
     ("radix_rank", include_str!("wgsl/shared/radix_rank.wgsl")),
+    ("random", include_str!("wgsl/shared/path/random.wgsl")),
     ("range_box", include_str!("wgsl/shared/range_box.wgsl")),
     ("ray", include_str!("wgsl/shared/ray.wgsl")),
     ("real", include_str!("wgsl/shared/path/real.wgsl")),
@@ -111,11 +117,19 @@ const SHARED: &[(&str, &str)] = &[
     ("runs", include_str!("wgsl/shared/runs.wgsl")),
     ("select_count", include_str!("wgsl/shared/select_count.wgsl")),
     ("select_emit", include_str!("wgsl/shared/select_emit.wgsl")),
+    ("settled", include_str!("wgsl/shared/settled.wgsl")),
     ("splits", include_str!("wgsl/shared/splits.wgsl")),
+    ("surface", include_str!("wgsl/shared/path/surface.wgsl")),
+    ("table_access", include_str!("wgsl/shared/path/table_access.wgsl")),
     ("tables", include_str!("wgsl/shared/path/tables.wgsl")),
+    ("texture", include_str!("wgsl/shared/path/texture.wgsl")),
     ("tree_node", include_str!("wgsl/shared/tree_node.wgsl")),
+    ("unsettled", include_str!("wgsl/shared/unsettled.wgsl")),
+    ("veils", include_str!("wgsl/shared/path/veils.wgsl")),
+    ("vertex", include_str!("wgsl/shared/path/vertex.wgsl")),
     ("walk", include_str!("wgsl/shared/walk.wgsl")),
     ("warp", include_str!("wgsl/shared/path/warp.wgsl")),
+    ("whole_numbers", include_str!("wgsl/shared/whole_numbers.wgsl")),
     ("wide_number", include_str!("wgsl/shared/wide_number.wgsl")),
     ("wide_slots", include_str!("wgsl/shared/wide_slots.wgsl")),
 ];
@@ -123,7 +137,7 @@ const SHARED: &[(&str, &str)] = &[
 /// Every kernel.
 #[must_use]
 pub fn all() -> Vec<&'static Kernel> {
-    [&primitives::KERNELS[..], &trace::KERNELS, &build::KERNELS].concat()
+    [&primitives::KERNELS[..], &trace::KERNELS, &path::KERNELS, &build::KERNELS].concat()
 }
 
 impl Kernel {

@@ -20,6 +20,11 @@ pub struct Resident {
     pub bytes: u64,
 }
 
+impl Resident {
+    /// No buffer.
+    pub(crate) const NOTHING: Self = Self { id: u64::MAX, bytes: 0 };
+}
+
 /// Which of a recording's downloads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Download(pub(crate) usize);
@@ -147,7 +152,17 @@ impl Recording {
         buffers: &[Buffer],
         groups: Groups,
     ) {
-        let parameters = bytemuck::bytes_of(parameters).to_vec();
+        self.dispatch_bytes(kernel, bytemuck::bytes_of(parameters).to_vec(), buffers, groups);
+    }
+
+    /// The same with parameters as they lie in memory.
+    pub fn dispatch_bytes(
+        &mut self,
+        kernel: &'static Kernel,
+        parameters: Vec<u8>,
+        buffers: &[Buffer],
+        groups: Groups,
+    ) {
         self.commands.push(Command::Dispatch { kernel, parameters, buffers: buffers.to_vec(), groups });
     }
 

@@ -36,6 +36,18 @@ impl TexelReader {
         Self { srgb: (encoding == Encoding::Srgb).then(|| &*LINEAR_FROM_SRGB) }
     }
 
+    /// Whether colours are sRGB-encoded.
+    #[must_use]
+    pub fn is_srgb(self) -> bool {
+        self.srgb.is_some()
+    }
+
+    /// sRGB-encoded bytes as linear numbers.
+    #[must_use]
+    pub fn srgb_table() -> &'static [f32; 256] {
+        &LINEAR_FROM_SRGB
+    }
+
     /// The linear RGBA value of the texel number `index`; white where there is none. One or two channels are grey (and
     /// alpha); an absent alpha is 1; a float that is not finite is 0.
     #[inline(always)]

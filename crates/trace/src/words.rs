@@ -16,7 +16,7 @@ pub const NODE_WORDS: usize = size_of::<Node8>() / 4;
 /// Marks children that are leaves.
 pub const LEAF: u32 = 1 << 31;
 /// Words of an instance: the rows of the map from the world to its mesh's scaled space, the mesh's root and largest
-/// coordinate, whether the map changes nothing, and nothing.
+/// coordinate, whether the map changes nothing, and whether rays may pass its surfaces.
 pub const INSTANCE_WORDS: usize = 16;
 
 /// What stands where in the header.
@@ -42,6 +42,16 @@ pub struct TracerWords {
     pub pages: Vec<u32>,
     /// Nodes on the longest way from the root to a leaf of a page.
     pub levels: usize,
+}
+
+impl TracerWords {
+    /// Marks the instances whose surfaces rays may pass, by alpha or otherwise; none are at first.
+    pub fn set_veils(&mut self, is_veiled: impl Fn(u32) -> bool) {
+        let first = self.tree[header::INSTANCES] as usize;
+        for (number, instance) in self.tree[first..].chunks_exact_mut(INSTANCE_WORDS).enumerate() {
+            instance[INSTANCE_WORDS - 1] = u32::from(is_veiled(number as u32));
+        }
+    }
 }
 
 impl Tracer {

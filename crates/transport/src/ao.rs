@@ -14,12 +14,17 @@ pub(crate) struct AmbientOcclusion {
 }
 
 impl AmbientOcclusion {
-    /// Looks as far as `distance`; 0 means a fifth of the scene's diagonal.
-    pub(crate) fn new(scene: &Scene, distance: f32) -> Self {
-        let diagonal = scene.bounds().size().length();
-        let distance = if distance > 0.0 { distance } else { 0.2 * diagonal };
-        Self { distance: if distance > 0.0 { distance.min(FAR) } else { FAR } }
+    /// Looks as far as [`distance`] of these says.
+    pub(crate) fn new(scene: &Scene, wanted: f32) -> Self {
+        Self { distance: distance(scene, wanted) }
     }
+}
+
+/// The distance wanted, or for 0 a fifth of the scene's diagonal.
+pub(crate) fn distance(scene: &Scene, wanted: f32) -> f32 {
+    let diagonal = scene.bounds().size().length();
+    let distance = if wanted > 0.0 { wanted } else { 0.2 * diagonal };
+    if distance > 0.0 { distance.min(FAR) } else { FAR }
 }
 
 impl Shade for AmbientOcclusion {

@@ -9,15 +9,15 @@ use vastlight_scene::Projection;
 /// A camera made ready for one picture size.
 #[derive(Clone, Debug)]
 pub struct CameraRays {
-    world_from_camera: Affine3,
-    projection: Projection,
+    pub(crate) world_from_camera: Affine3,
+    pub(crate) projection: Projection,
     /// Camera-plane coordinates of a picture point: `scale * point + offset`, on the plane at distance 1 for
     /// perspective.
-    scale: Vec2,
-    offset: Vec2,
-    filter: FilterSampler,
+    pub(crate) scale: Vec2,
+    pub(crate) offset: Vec2,
+    pub(crate) filter: FilterSampler,
     /// Unit viewing direction in world space.
-    axis: Vec3,
+    pub(crate) axis: Vec3,
 }
 
 /// The random numbers that a camera ray needs, all in [0, 1).

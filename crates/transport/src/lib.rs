@@ -32,6 +32,7 @@ pub use bsdf::{Bsdf, BsdfParams, BsdfSample};
 pub use camera::{CameraRandom, CameraRays};
 pub use light::{LightSample, Lights, LightsReport, Odds};
 pub use material::{Evaluated, MaterialTable, ShadingPoint, UV_SETS};
+pub use order::pixels as pixel_order;
 pub use pages::{PagedGeometry, PagesError};
 pub use pixel_filter::{FilterSampler, PixelFilter};
 pub use renderer::Renderer;

@@ -79,16 +79,17 @@ pub struct MaterialTable<'s> {
     rows: Vec<Row<'s>>,
 }
 
+/// A material, ready.
 #[derive(Clone, Debug)]
-struct Row<'s> {
-    material: &'s Material,
+pub(crate) struct Row<'s> {
+    pub(crate) material: &'s Material,
     /// The evaluation without textures and vertex colour, and its scattering.
-    plain: Evaluated,
+    pub(crate) plain: Evaluated,
     bsdf: Bsdf,
     textured: bool,
     /// All lookups are exact.
-    exact: bool,
-    uv_sets: usize,
+    pub(crate) exact: bool,
+    pub(crate) uv_sets: usize,
     /// The most tiles that an evaluation needs.
     most_tiles: usize,
 }
@@ -219,8 +220,12 @@ impl<'s> MaterialTable<'s> {
     /// Whether the frame's tangent matters: there is a normal map or a stretched highlight.
     #[must_use]
     pub fn needs_tangent(&self, material: u32) -> bool {
-        let m = self.rows[material as usize].material;
-        m.normal_map.is_some() || m.clearcoat_normal_map.is_some() || m.anisotropy != 0.0
+        self.rows[material as usize].needs_tangent()
+    }
+
+    /// All materials and textures, ready.
+    pub(crate) fn parts(&self) -> (&[Row<'s>], &[PreparedTexture<'s>]) {
+        (&self.rows, &self.textures)
     }
 
     fn lookups<'a>(&'a self, point: &'a ShadingPoint, exact: bool) -> Lookups<'a, 'a> {
@@ -330,6 +335,12 @@ impl Lookups<'_, '_> {
 }
 
 impl<'s> Row<'s> {
+    /// Whether the frame's tangent matters.
+    pub(crate) fn needs_tangent(&self) -> bool {
+        let m = self.material;
+        m.normal_map.is_some() || m.clearcoat_normal_map.is_some() || m.anisotropy != 0.0
+    }
+
     fn new(m: &'s Material, textures: &[PreparedTexture<'s>]) -> Self {
         let used = m.textures();
         let uv_sets =

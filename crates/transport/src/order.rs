@@ -6,8 +6,8 @@ use crate::settings::Tile;
 /// Edge of a block, a power of two.
 const BLOCK: u32 = 8;
 
-/// Every pixel of `tile` once.
-pub(crate) fn pixels(tile: Tile) -> impl Iterator<Item = [u32; 2]> {
+/// Every pixel of `tile` once, in the order of rendering.
+pub fn pixels(tile: Tile) -> impl Iterator<Item = [u32; 2]> {
     let [x0, y0] = tile.min;
     let (width, height) = (tile.width(), tile.height());
     let starts = |length: u32| (0..length).step_by(BLOCK as usize);

@@ -93,6 +93,11 @@ impl FilterSampler {
         Self { offsets: Box::new(std::array::from_fn(offset_at)) }
     }
 
+    /// Offsets in pixels at equal steps of probability.
+    pub(crate) fn offsets(&self) -> &[f32] {
+        &self.offsets[..]
+    }
+
     /// An offset from the pixel's centre, in pixels.
     #[inline(always)]
     #[must_use]

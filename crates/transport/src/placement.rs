@@ -1,5 +1,6 @@
 //! What shading needs of an instance's matrix beside the matrix itself.
 
+use crate::words::Words;
 use rayon::prelude::*;
 use vastlight_math::{Affine3, Mat3, Vec3};
 use vastlight_scene::{Instances, Scene};
@@ -63,6 +64,12 @@ impl Placement {
             spread: ERROR_FACTOR * (norm * inverse_norm).max(1.0),
             translation: map.translation.abs().max_element(),
         }
+    }
+
+    /// Appends the map of normals, handedness and the three numbers of error bounds.
+    pub(crate) fn put(&self, words: &mut Words) {
+        words.f32s(&self.normals.to_cols_array());
+        words.f32s(&[self.handedness, self.norm, self.spread, self.translation]);
     }
 
     /// A normal in world space, unit; `fallback` where it has none.

@@ -30,15 +30,15 @@ thread_local! {
 /// Renders tiles of one picture. Shared by all threads; each call of [`Renderer::render_tile`] works on its own.
 #[derive(Debug)]
 pub struct Renderer<'a> {
-    scene: &'a Scene,
+    pub(crate) scene: &'a Scene,
     tracer: &'a Tracer,
-    materials: &'a MaterialTable<'a>,
-    lights: &'a Lights<'a>,
+    pub(crate) materials: &'a MaterialTable<'a>,
+    pub(crate) lights: &'a Lights<'a>,
     settings: RenderSettings,
-    camera: CameraRays,
-    veils: VeilIndex,
-    placements: Placements,
-    pages: Option<PagedGeometry<'a>>,
+    pub(crate) camera: CameraRays,
+    pub(crate) veils: VeilIndex,
+    pub(crate) placements: Placements,
+    pub(crate) pages: Option<PagedGeometry<'a>>,
 }
 
 impl<'a> Renderer<'a> {
@@ -63,10 +63,22 @@ impl<'a> Renderer<'a> {
         Self { pages: Some(pages), ..self }
     }
 
+    /// What rays are traced through.
+    #[must_use]
+    pub fn tracer(&self) -> &Tracer {
+        self.tracer
+    }
+
     /// What is rendered.
     #[must_use]
     pub fn settings(&self) -> &RenderSettings {
         &self.settings
+    }
+
+    /// How far ambient occlusion sees, scene units.
+    #[must_use]
+    pub fn ao_distance(&self) -> f32 {
+        crate::ao::distance(self.scene, self.settings.ao_distance)
     }
 
     /// Renders the samples numbered `samples` of every pixel of `tile` on the calling thread.

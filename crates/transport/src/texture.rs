@@ -13,19 +13,19 @@ use vastlight_store::{StoredTexture, TileGrid};
 /// A texture that is ready for lookups; borrows the texels of its image.
 #[derive(Clone, Debug)]
 pub struct PreparedTexture<'s> {
-    image: &'s Image,
+    pub(crate) image: &'s Image,
     /// The levels above it.
-    smaller: Arc<[Image]>,
+    pub(crate) smaller: Arc<[Image]>,
     /// Where all levels are, if not in memory.
     tiles: Option<Arc<TileGrid>>,
     /// Rows of the affine map of coordinates: x, y, offset.
-    matrix: [[f32; 3]; 2],
+    pub(crate) matrix: [[f32; 3]; 2],
     /// Texels of a unit square of coordinates.
-    texels: f32,
-    wrap: [Wrap; 2],
-    filter: Filter,
-    reader: TexelReader,
-    uv_set: u32,
+    pub(crate) texels: f32,
+    pub(crate) wrap: [Wrap; 2],
+    pub(crate) filter: Filter,
+    pub(crate) reader: TexelReader,
+    pub(crate) uv_set: u32,
 }
 
 impl<'s> PreparedTexture<'s> {

@@ -42,6 +42,11 @@ impl VeilIndex {
         Self { materials, meshes, all }
     }
 
+    /// Whether rays may pass some surface of a mesh.
+    pub(crate) fn has_veils(&self, mesh: usize) -> bool {
+        self.meshes[mesh] != Veils::default()
+    }
+
     /// Those of all surfaces together.
     pub(crate) fn any(&self) -> Veils {
         self.all

@@ -12,6 +12,7 @@ use crate::sample::Sample;
 use crate::surface::{Surface, mesh_of};
 use crate::wavefront::{Context, PathState, WAVELENGTH_DIMENSION};
 use vastlight_math::{Affine3, FAR, Frame, Ray, Vec3};
+use vastlight_scene::Scene;
 use vastlight_trace::Hit;
 
 /// Shortens shadow rays so that they do not meet the light itself.
@@ -45,7 +46,7 @@ impl<'a> Vertex<'a> {
     ) -> Self {
         let material = mesh_of(context.scene, hit).material_of(hit.prim);
         let table = context.materials;
-        let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context, material));
+        let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context.scene, material));
         let map = context.scene.instances().map(hit.instance as usize);
         let placement = context.placements.get(map, hit.instance);
         let place = (map, &placement);
@@ -197,9 +198,9 @@ impl<'a> Vertex<'a> {
 }
 
 /// The texture coordinates that orient a material's tangents: those of its normal map, else the first.
-fn tangent_uv_set(context: &Context<'_>, material: u32) -> u32 {
-    let map = context.scene.materials()[material as usize].normal_map;
-    map.and_then(|m| context.scene.textures().get(m.texture as usize)).map_or(0, |t| t.uv_set)
+pub(crate) fn tangent_uv_set(scene: &Scene, material: u32) -> u32 {
+    let map = scene.materials()[material as usize].normal_map;
+    map.and_then(|m| scene.textures().get(m.texture as usize)).map_or(0, |t| t.uv_set)
 }
 
 fn unit(color: Vec3) -> Vec3 {

@@ -17,6 +17,7 @@
 mod budget;
 mod cached;
 mod camera;
+mod device;
 mod environment;
 mod error;
 mod ids;
@@ -38,6 +39,7 @@ mod textures;
 pub use budget::check_fits;
 pub use cached::cached_store;
 pub use camera::CameraChoice;
+pub use device::{Device, DeviceRequest};
 pub use error::{Error, ErrorClass};
 pub use input::PackInput;
 pub use load::{LoadOptions, describe, load, pack_input, stream};

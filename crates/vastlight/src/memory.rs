@@ -17,6 +17,8 @@ pub struct MemoryEstimate {
     pub film: u64,
     /// Paths in flight on all threads.
     pub paths: u64,
+    /// What a graphics processor is given, and its driver; on software adapters all of it is the process's.
+    pub device: u64,
 }
 
 /// Bytes of the acceleration structure a unique triangle, the builder's working memory included.
@@ -27,6 +29,14 @@ const STRUCTURE_BYTES_PER_INSTANCE: u64 = 32;
 const BYTES_AT_HAND: u64 = 110;
 /// Bytes of the wavefront of one thread.
 const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
+/// Bytes of a path in flight on a graphics processor, its way back included, times how many there are.
+const WAVE_BYTES_ON_DEVICE: u64 = (256 + 3 * 64) << 16;
+/// Compiled kernels, and the driver that compiles them.
+const DRIVER_BYTES: u64 = 320 << 20;
+/// Bytes of an instance on a graphics processor, of a triangle in pages, and how often both are held while they are brought.
+const DEVICE_BYTES_PER_INSTANCE: u64 = 170;
+const DEVICE_BYTES_PER_TRIANGLE: u64 = 24;
+const DEVICE_COPIES: u64 = 3;
 /// The process itself.
 const BASE_BYTES: u64 = 24 << 20;
 
@@ -44,13 +54,23 @@ impl MemoryEstimate {
                 + instances as u64 * (STRUCTURE_BYTES_PER_INSTANCE + at_hand),
             film: film_bytes(pixels, aovs),
             paths: threads as u64 * WAVE_BYTES_PER_THREAD + BASE_BYTES,
+            device: 0,
         }
+    }
+
+    /// The same on a graphics processor.
+    #[must_use]
+    pub fn on_graphics_processor(self, scene: &Scene) -> Self {
+        let held = self.scene
+            + scene.unique_triangles() * DEVICE_BYTES_PER_TRIANGLE
+            + scene.instances().len() as u64 * DEVICE_BYTES_PER_INSTANCE;
+        Self { device: DEVICE_COPIES * held + WAVE_BYTES_ON_DEVICE + DRIVER_BYTES, ..self }
     }
 
     /// The sum.
     #[must_use]
     pub fn total(&self) -> u64 {
-        self.scene + self.structure + self.film + self.paths
+        self.scene + self.structure + self.film + self.paths + self.device
     }
 
     /// Refuses work that does not fit, before it starts.
@@ -58,7 +78,7 @@ impl MemoryEstimate {
     /// # Errors
     /// If `budget` is smaller than the estimate, or than what the process has used already and will still add.
     pub fn check(&self, budget: u64) -> Result<(), Error> {
-        let still_to_come = self.structure + self.film + self.paths - BASE_BYTES;
+        let still_to_come = self.structure + self.film + self.paths + self.device - BASE_BYTES;
         let needed = self.total().max(peak_rss_bytes().unwrap_or(0) + still_to_come);
         let hint = "a larger --memory, a smaller picture or fewer AOVs, or --cache-dir DIR";
         refuse_beyond(budget, needed, "about", hint)

@@ -1,5 +1,6 @@
 //! The render loop: passes over tiles over threads, until the samples, the time or the patience end.
 
+use crate::device::{Device, DeviceRequest, Tiles, Worker};
 use crate::ids::Ids;
 use crate::paged::PagingRequest;
 use crate::passes::PassSchedule;
@@ -10,7 +11,8 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
-use vastlight_trace::{Tracer, TracerConfig};
+use vastlight_gpu::{CompileProgress, Executor};
+use vastlight_trace::{Layout, Tracer, TracerConfig};
 use vastlight_transport::{Lights, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile};
 
 /// What to render.
@@ -28,10 +30,12 @@ pub struct RenderRequest {
     pub tracer: TracerConfig,
     /// How a scene in a store is paged.
     pub paging: PagingRequest,
+    /// What it is computed on.
+    pub device: DeviceRequest,
 }
 
 impl RenderRequest {
-    /// `spp` samples a pixel without auxiliary outputs or time limit.
+    /// `spp` samples a pixel on the CPU, without auxiliary outputs or time limit.
     #[must_use]
     pub fn new(settings: RenderSettings, spp: u32) -> Self {
         Self {
@@ -41,6 +45,7 @@ impl RenderRequest {
             time_limit: None,
             tracer: TracerConfig::default(),
             paging: PagingRequest::default(),
+            device: DeviceRequest { device: Device::Cpu, ..DeviceRequest::default() },
         }
     }
 }
@@ -60,6 +65,23 @@ pub struct Progress {
     pub remaining: Option<Duration>,
     /// What of the store is in memory, of a scene in one.
     pub residency: Option<Residency>,
+    /// Kernels of a graphics processor that are compiled, of so many; `None` once rendering has begun.
+    pub kernels: Option<[usize; 2]>,
+}
+
+impl Progress {
+    /// Nothing rendered yet, and kernels on their way.
+    fn compiling(request: &RenderRequest, compiled: CompileProgress) -> Self {
+        Self {
+            samples: 0,
+            samples_total: request.settings.region().pixels() * u64::from(request.spp),
+            spp: 0,
+            elapsed: Duration::ZERO,
+            remaining: None,
+            residency: None,
+            kernels: Some([compiled.done, compiled.total]),
+        }
+    }
 }
 
 /// How a render is watched and stopped.
@@ -95,20 +117,48 @@ impl Rendered {
     }
 }
 
-/// Renders a scene on the threads of the current rayon pool; a scene in a store on twice as many, of which some wait for
-/// pages. Bits depend on scene and request alone, not on threads, nor on what is in memory.
+/// Renders a scene on the device of the request: on the CPU on the threads of the current rayon pool, a scene in a store on
+/// twice as many, of which some wait for pages. Bits depend on scene, request and device alone, not on threads, nor on
+/// what is in memory.
 ///
 /// # Errors
-/// If the acceleration structure cannot be built, a scene in a store does not fit into the memory of the request, or a
-/// page cannot be had.
+/// If the device cannot be used and the request has no other, the acceleration structure cannot be built, a scene in a
+/// store does not fit into the memory of the request, or a page cannot be had.
 pub fn render(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
-    match &open.stored {
-        None => render_with(open, request, control),
-        Some(_) => paged::pool(&request.paging)?.install(|| render_with(open, request, control)),
-    }
+    let fallback = match on_graphics_processor(open, request, control) {
+        Ok(Some(rendered)) => return Ok(rendered),
+        Ok(None) => None,
+        Err(error) if error.class == ErrorClass::Device && request.device.falls_back() => {
+            Some(error.to_string())
+        }
+        Err(error) => return Err(error),
+    };
+    let mut rendered = match &open.stored {
+        None => render_with(open, request, control, None),
+        Some(_) => paged::pool(&request.paging)?.install(|| render_with(open, request, control, None)),
+    }?;
+    rendered.stats.fallback = fallback;
+    Ok(rendered)
 }
 
-fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
+/// [`render`] on a graphics processor; none if the request is for the CPU.
+fn on_graphics_processor(
+    open: &OpenScene,
+    request: &RenderRequest,
+    control: &Control<'_>,
+) -> Result<Option<Rendered>, Error> {
+    let Some(mut executor) = request.device.open(open, request)? else { return Ok(None) };
+    let tracer = TracerConfig { layout: Layout::Compact, ..request.tracer.clone() };
+    let request = RenderRequest { tracer, ..request.clone() };
+    render_with(open, &request, control, Some(&mut executor)).map(Some)
+}
+
+fn render_with(
+    open: &OpenScene,
+    request: &RenderRequest,
+    control: &Control<'_>,
+    executor: Option<&mut Executor>,
+) -> Result<Rendered, Error> {
     let start = Instant::now();
     let scene = &open.scene;
     let tracer = tracer_of(open, request)?;
@@ -127,19 +177,29 @@ fn render_with(open: &OpenScene, request: &RenderRequest, control: &Control<'_>)
         _ => renderer,
     };
     let ids = Ids::new(scene, &request.aovs);
+    let adapter = executor.as_ref().map(|executor| executor.adapter().name.clone());
+    let worker = match executor {
+        None => Worker::Cpu(&renderer),
+        Some(executor) => {
+            let compiling = |p: CompileProgress| (control.progress)(&Progress::compiling(request, p));
+            Worker::on_gpu(executor, &renderer, &mut { compiling })?
+        }
+    };
     let prepare_ms = millis(prepare_start.elapsed());
 
-    let mut film = Film::new(film_settings(request, caches.is_some()));
+    let mut film = Film::new(film_settings(request, worker.tiles(caches.is_some())));
     let deadline = request.time_limit.and_then(|limit| start.checked_add(limit));
     let store_bytes = open.stored.as_ref().and_then(|stored| stored.source.bytes().ok()).unwrap_or(0);
     let residency = || caches.as_ref().map(|caches| Residency::new(caches, store_bytes));
     let progress = |p: &Progress| (control.progress)(&Progress { residency: residency(), ..*p });
     let watched = Control { cancel: control.cancel, progress: &progress };
-    let run = Run::new(&renderer, &ids, request, &watched, deadline);
+    let run = Run::new(&worker, &ids, request, &watched, deadline);
     let outcome = run.all_passes(&mut film)?;
     let total = outcome.cost;
     let stats = Stats {
-        device: "cpu",
+        device: if adapter.is_some() { "gpu" } else { "cpu" },
+        adapter,
+        fallback: None,
         simd: tracer.level().name(),
         threads: rayon::current_num_threads(),
         scene: SceneCounts::new(scene),
@@ -181,8 +241,9 @@ pub(crate) fn frame(
     request: &RenderRequest,
     control: &Control<'_>,
 ) -> Result<(RenderStats, f64), Error> {
-    let mut film = Film::new(film_settings(request, true));
-    let outcome = Run::new(renderer, ids, request, control, None).all_passes(&mut film)?;
+    let mut film = Film::new(film_settings(request, Tiles::InPages));
+    let worker = Worker::Cpu(renderer);
+    let outcome = Run::new(&worker, ids, request, control, None).all_passes(&mut film)?;
     Ok((outcome.cost, outcome.render_ms))
 }
 
@@ -190,20 +251,23 @@ fn millis(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-/// Edge of the film's tiles: large for long batches, smaller where threads would wait for each other. Paths through pages go
-/// in longer ones.
-fn tile_size(pixels: u64, threads: usize, paged: bool) -> u32 {
-    let (sizes, each): (&[u32], _) = if paged { (&[384, 256, 128, 64, 32], 1) } else { (&[64, 32], 8) };
-    sizes.iter().copied().find(|&n| pixels / u64::from(n * n) >= each * threads as u64).unwrap_or(16)
+/// Edge of the film's tiles: large for long batches, smaller where threads would wait for each other.
+fn tile_size(pixels: u64, threads: usize, tiles: Tiles) -> u32 {
+    let (sizes, each): (&[u32], _) = match tiles {
+        Tiles::InMemory => (&[64, 32], 8 * threads),
+        Tiles::InPages => (&[384, 256, 128, 64, 32], threads),
+        Tiles::OnDevice => (&[512, 256, 128, 64], 1),
+    };
+    sizes.iter().copied().find(|&n| pixels / u64::from(n * n) >= each as u64).unwrap_or(16)
 }
 
-fn film_settings(request: &RenderRequest, paged: bool) -> FilmSettings {
+fn film_settings(request: &RenderRequest, tiles: Tiles) -> FilmSettings {
     let settings = &request.settings;
     let region = settings.region();
     FilmSettings {
         full_size: [settings.width, settings.height],
         window: Window { x0: region.min[0], y0: region.min[1], x1: region.max[0], y1: region.max[1] },
-        tile_size: tile_size(region.pixels(), rayon::current_num_threads(), paged),
+        tile_size: tile_size(region.pixels(), rayon::current_num_threads(), tiles),
         aovs: request.aovs.clone(),
     }
 }
@@ -232,8 +296,8 @@ impl SampleSink for TileSink<'_> {
 }
 
 /// A render under way.
-struct Run<'r> {
-    renderer: &'r Renderer<'r>,
+struct Run<'r, 'w> {
+    worker: &'r Worker<'w>,
     ids: &'r Ids,
     request: &'r RenderRequest,
     control: &'r Control<'r>,
@@ -253,9 +317,9 @@ struct Outcome {
     render_ms: f64,
 }
 
-impl<'r> Run<'r> {
+impl<'r, 'w> Run<'r, 'w> {
     fn new(
-        renderer: &'r Renderer<'r>,
+        worker: &'r Worker<'w>,
         ids: &'r Ids,
         request: &'r RenderRequest,
         control: &'r Control<'r>,
@@ -263,7 +327,7 @@ impl<'r> Run<'r> {
     ) -> Self {
         let samples_total = request.settings.region().pixels() * u64::from(request.spp);
         let (start, samples) = (Instant::now(), AtomicU64::new(0));
-        Self { renderer, ids, request, control, start, deadline, samples, samples_total }
+        Self { worker, ids, request, control, start, deadline, samples, samples_total }
     }
 
     fn all_passes(&self, film: &mut Film) -> Result<Outcome, Error> {
@@ -310,7 +374,7 @@ impl<'r> Run<'r> {
             let window = tile.window();
             let region = Tile { min: [window.x0, window.y0], max: [window.x1, window.y1] };
             let mut sink = TileSink { tile, ids: self.ids };
-            let cost = self.renderer.render_tile(region, samples.clone(), &mut sink)?;
+            let cost = self.worker.render_tile(region, samples.clone(), &mut sink)?;
             self.samples.fetch_add(cost.samples, Ordering::Relaxed);
             if let Ok(_one_at_a_time) = reporting.try_lock() {
                 (self.control.progress)(&self.progress(spp));
@@ -353,6 +417,14 @@ impl<'r> Run<'r> {
         let by_samples = Duration::try_from_secs_f64(elapsed.as_secs_f64() * to_go).unwrap_or(Duration::MAX);
         let remaining = self.time_left().map_or(by_samples, |left| left.min(by_samples));
         let samples_total = self.samples_total;
-        Progress { samples, samples_total, spp, elapsed, remaining: Some(remaining), residency: None }
+        Progress {
+            samples,
+            samples_total,
+            spp,
+            elapsed,
+            remaining: Some(remaining),
+            residency: None,
+            kernels: None,
+        }
     }
 }

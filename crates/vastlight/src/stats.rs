@@ -168,8 +168,12 @@ impl PagingStats {
 /// What a render was and what it cost. Times are milliseconds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stats {
-    /// The device: `cpu`.
+    /// The device: `cpu` or `gpu`.
     pub device: &'static str,
+    /// The graphics processor, where one rendered.
+    pub adapter: Option<String>,
+    /// Why the CPU rendered where a graphics processor was to.
+    pub fallback: Option<String>,
     /// The SIMD level that the tracer used.
     pub simd: &'static str,
     /// Threads that rendered.

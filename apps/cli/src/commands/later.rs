@@ -20,8 +20,6 @@ pub(crate) struct Later {
     denoise: bool,
     #[arg(long, hide = true)]
     caustics: Option<String>,
-    #[arg(long, hide = true)]
-    gpu_memory: Option<String>,
 }
 
 impl Later {
@@ -36,7 +34,6 @@ impl Later {
             ("--passes", self.passes.is_some()),
             ("--denoise", self.denoise),
             ("--caustics", photons),
-            ("--gpu-memory", self.gpu_memory.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((flag, _)) => Err(Error::usage("this option is not available yet", *flag, "leave it out")),

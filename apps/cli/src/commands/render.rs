@@ -18,8 +18,8 @@ use vastlight::scene::{Camera, Scene};
 use vastlight::trace::TracerConfig;
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Control, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, PackControl, PackProgress,
-    RenderRequest, Rendered, Stats, cached_store, check_fits, human_bytes,
+    CameraChoice, Control, Device, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, PackControl,
+    PackProgress, RenderRequest, Rendered, Stats, cached_store, check_fits, human_bytes,
 };
 
 /// The arguments of `render`.
@@ -241,6 +241,7 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     warn_of_changes(&open, common, &reporter);
     let mut request = arguments.picture.request(scene, arguments.output.aov.clone())?;
     request.paging.memory = common.memory;
+    request.device = common.device_request();
     request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
     check_request(&open, &request, common)?;
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.shown()));
@@ -270,6 +271,9 @@ fn conclude(
     start: Instant,
 ) -> Result<Exit, Error> {
     let stats = &rendered.stats;
+    if let Some(reason) = &stats.fallback {
+        warn(reporter, common, &format!("rendered on the CPU: {reason}"));
+    }
     if reporter.is_json() {
         let line = json!({"event": "done", "output": file.name(), "stats": stats});
         eprintln!("{line}");
@@ -309,7 +313,8 @@ fn summary(rendered: &Rendered, file: &PictureFile, start: Instant) -> String {
 /// What took how long.
 fn details(stats: &Stats) -> String {
     format!(
-        "built {} triangles in {:.0} ms ({}), prepared in {:.0} ms, first pass after {:.0} ms, {} rays and {} shadow rays in {:.0} ms",
+        "on {}: built {} triangles in {:.0} ms ({}), prepared in {:.0} ms, first pass after {:.0} ms, {} rays and {} shadow rays in {:.0} ms",
+        stats.adapter.as_deref().unwrap_or("the CPU"),
         stats.scene.unique_triangles,
         stats.build_ms,
         human_bytes(stats.structure_bytes),
@@ -381,6 +386,8 @@ pub(crate) fn check_request(open: &OpenScene, request: &RenderRequest, common: &
 fn check_memory(scene: &Scene, request: &RenderRequest, common: &Common) -> Result<(), Error> {
     let pixels = request.settings.region().pixels();
     let estimate = MemoryEstimate::new(scene, pixels, &request.aovs, rayon::current_num_threads());
+    let on_cpu = !matches!(request.device.device, Device::Gpu(_));
+    let estimate = if on_cpu { estimate } else { estimate.on_graphics_processor(scene) };
     match common.memory.or_else(vastlight::default_budget_bytes) {
         Some(budget) => estimate.check(budget),
         None => Ok(()),

@@ -100,6 +100,28 @@ impl Executor {
         self.run(&recording).map(|_| kept).inspect_err(|_| self.release(kept))
     }
 
+    /// Buffers with these contents that stay, all or none; each is small enough for a kernel to see it whole.
+    ///
+    /// # Errors
+    /// As of [`Executor::keep`], or one is larger than a binding.
+    pub fn keep_all<const N: usize>(
+        &mut self,
+        contents: [(&'static str, &[u32]); N],
+    ) -> Result<[Resident; N], GpuError> {
+        let limit = self.adapter().limits.binding_bytes;
+        let mut kept = [Resident::NOTHING; N];
+        for (i, (label, words)) in contents.into_iter().enumerate() {
+            let wanted = 4 * words.len() as u64;
+            let done = if wanted > limit {
+                Err(GpuError::Limit { what: format!("the buffer of {label} in bytes"), wanted, limit })
+            } else {
+                self.keep(label, words)
+            };
+            kept[i] = done.inspect_err(|_| kept.into_iter().for_each(|resident| self.release(resident)))?;
+        }
+        Ok(kept)
+    }
+
     /// Lets a buffer go that stayed.
     pub fn release(&mut self, resident: Resident) {
         self.pool.release(resident);

@@ -7,6 +7,8 @@
 use crate::error::GpuError;
 use crate::kernel::{Kernel, device_struct, kernel};
 use crate::limits::WORKGROUPS_PER_AXIS;
+use crate::primitives::GROUP;
+use crate::primitives::queue::{NEXT, NextParameters};
 use crate::recording::{Buffer, Groups, Recording, Resident};
 use crate::run::Executor;
 use vastlight_math::Ray;
@@ -15,21 +17,21 @@ use vastlight_trace::words::TracerWords;
 
 /// References that a ray can have put aside in the kernel.
 pub const STACK: usize = 192;
-/// Rays that a workgroup takes.
-const RAYS_PER_GROUP: u32 = 64;
 /// Most rays of a batch: one dispatch.
-pub const MAX_RAYS: u32 = WORKGROUPS_PER_AXIS * RAYS_PER_GROUP;
+pub const MAX_RAYS: u32 = WORKGROUPS_PER_AXIS * GROUP;
 /// Words of a hit.
 const HIT_WORDS: usize = 5;
 
 device_struct! {
     struct Parameters as "Parameters" { count }
 }
-kernel!(pub(crate) CLOSEST = "closest", Parameters, 4);
-kernel!(pub(crate) OCCLUDED = "occluded", Parameters, 4);
+kernel!(pub(crate) CLOSEST = "closest", Parameters, 6);
+kernel!(pub(crate) CLOSEST_SETTLED = "closest_settled", Parameters, 6);
+kernel!(pub(crate) OCCLUDED = "occluded", Parameters, 6);
+kernel!(pub(crate) OCCLUDED_SETTLED = "occluded_settled", Parameters, 6);
 
 /// Every kernel of this module.
-pub(crate) static KERNELS: [&Kernel; 2] = [&CLOSEST, &OCCLUDED];
+pub(crate) static KERNELS: [&Kernel; 4] = [&CLOSEST, &CLOSEST_SETTLED, &OCCLUDED, &OCCLUDED_SETTLED];
 
 /// A traceable scene on the device.
 #[derive(Clone, Copy, Debug)]
@@ -49,15 +51,7 @@ impl DeviceTracer {
             let what = "the stack of rays in nodes".to_owned();
             return Err(GpuError::Limit { what, wanted: most as u64, limit: STACK as u64 });
         }
-        let limit = executor.adapter().limits.binding_bytes;
-        for (what, words) in [("the tree in bytes", &words.tree), ("the pages in bytes", &words.pages)] {
-            let wanted = 4 * words.len() as u64;
-            if wanted > limit {
-                return Err(GpuError::Limit { what: what.to_owned(), wanted, limit });
-            }
-        }
-        let tree = executor.keep("tree", &words.tree)?;
-        let pages = executor.keep("pages", &words.pages).inspect_err(|_| executor.release(tree))?;
+        let [tree, pages] = executor.keep_all([("tree", &words.tree), ("pages", &words.pages)])?;
         Ok(Self { tree, pages })
     }
 
@@ -103,7 +97,7 @@ pub fn record_closest(
     rays: Buffer,
     count: u32,
 ) -> Result<Buffer, GpuError> {
-    record(recording, &CLOSEST, tracer, rays, (count, HIT_WORDS as u64))
+    record(recording, [&CLOSEST, &CLOSEST_SETTLED], tracer, rays, (count, HIT_WORDS as u64))
 }
 
 /// Records whether `count` rays meet anything; the answer is a word a ray, 1 or 0.
@@ -116,12 +110,12 @@ pub fn record_occluded(
     rays: Buffer,
     count: u32,
 ) -> Result<Buffer, GpuError> {
-    record(recording, &OCCLUDED, tracer, rays, (count, 1))
+    record(recording, [&OCCLUDED, &OCCLUDED_SETTLED], tracer, rays, (count, 1))
 }
 
 fn record(
     recording: &mut Recording,
-    kernel: &'static Kernel,
+    [kernel, settled]: [&'static Kernel; 2],
     tracer: &DeviceTracer,
     rays: Buffer,
     (count, answer_words): (u32, u64),
@@ -134,8 +128,14 @@ fn record(
     if count > 0 {
         let tree = recording.resident("tree", tracer.tree);
         let pages = recording.resident("pages", tracer.pages);
-        let groups = Groups::Direct(count.div_ceil(RAYS_PER_GROUP));
-        recording.dispatch(kernel, &Parameters { count }, &[tree, pages, rays, answers], groups);
+        let left = recording.buffer("rays that are left", count.into());
+        let tails = recording.upload("tails", &[0_u32, 0]);
+        let workgroups = recording.buffer("workgroups", 3);
+        let (parameters, all) = (Parameters { count }, [tree, pages, rays, answers, left, tails]);
+        recording.dispatch(kernel, &parameters, &all, Groups::Direct(count.div_ceil(GROUP)));
+        let next = NextParameters { capacity: count, full: 0, empty: 1 };
+        recording.dispatch(&NEXT, &next, &[tails, workgroups], Groups::Direct(1));
+        recording.dispatch(settled, &parameters, &all, Groups::Indirect(workgroups, 0));
     }
     Ok(answers)
 }

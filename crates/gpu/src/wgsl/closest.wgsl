@@ -1,5 +1,7 @@
-// The closest hit of each ray with a scene in memory.
-//#include accept_all
+// The closest hit of each ray with a scene in memory. Rays that meet what single precision does
+// not settle are left to `closest_settled`.
+//#include queue
+//#include unsettled
 //#include walk
 
 struct Parameters {
@@ -13,19 +15,36 @@ struct Parameters {
 @group(0) @binding(3) var<storage, read> rays: array<vec4<f32>>;
 /// t, weights of the second and third corner, instance, triangle; all bits of these where there is none.
 @group(0) @binding(4) var<storage, read_write> hits: array<u32>;
+/// The rays that are left.
+@group(0) @binding(5) var<storage, read_write> left: array<u32>;
+/// How many of them there are.
+@group(0) @binding(6) var<storage, read_write> tails: array<atomic<u32>>;
 
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if (id.x >= parameters.count) {
-        return;
-    }
-    let start = rays[id.x * 2u];
-    let along = rays[id.x * 2u + 1u];
-    let hit = walk(WorldRay(start.xyz, start.w, along.xyz, along.w), false);
-    let at = id.x * 5u;
+fn put_answer(ray: u32, hit: Hit) {
+    let at = ray * 5u;
     hits[at] = bitcast<u32>(hit.t);
     hits[at + 1u] = bitcast<u32>(hit.u);
     hits[at + 2u] = bitcast<u32>(hit.v);
     hits[at + 3u] = hit.instance;
     hits[at + 4u] = hit.prim;
+}
+
+fn answer(ray: u32) -> Hit {
+    let start = rays[ray * 2u];
+    let along = rays[ray * 2u + 1u];
+    return walk(WorldRay(start.xyz, start.w, along.xyz, along.w), false);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    var is_left = false;
+    if (id.x < parameters.count) {
+        let hit = answer(id.x);
+        put_answer(id.x, hit);
+        is_left = is_unsettled();
+    }
+    let place = reserve(lane, u32(is_left), 0u);
+    if (is_left) {
+        left[place] = id.x;
+    }
 }

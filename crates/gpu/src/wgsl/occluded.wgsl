@@ -1,5 +1,7 @@
-// Whether each ray meets anything in a scene in memory.
-//#include accept_all
+// Whether each ray meets anything in a scene in memory. Rays that meet what single precision does
+// not settle are left to `occluded_settled`.
+//#include queue
+//#include unsettled
 //#include walk
 
 struct Parameters {
@@ -13,14 +15,31 @@ struct Parameters {
 @group(0) @binding(3) var<storage, read> rays: array<vec4<f32>>;
 /// 1 or 0.
 @group(0) @binding(4) var<storage, read_write> blocked: array<u32>;
+/// The rays that are left.
+@group(0) @binding(5) var<storage, read_write> left: array<u32>;
+/// How many of them there are.
+@group(0) @binding(6) var<storage, read_write> tails: array<atomic<u32>>;
 
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if (id.x >= parameters.count) {
-        return;
+fn put_answer(ray: u32, hit: Hit) {
+    blocked[ray] = u32(hit.prim != NONE);
+}
+
+fn answer(ray: u32) -> Hit {
+    let start = rays[ray * 2u];
+    let along = rays[ray * 2u + 1u];
+    return walk(WorldRay(start.xyz, start.w, along.xyz, along.w), true);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    var is_left = false;
+    if (id.x < parameters.count) {
+        let hit = answer(id.x);
+        put_answer(id.x, hit);
+        is_left = is_unsettled() && hit.prim == NONE;
     }
-    let start = rays[id.x * 2u];
-    let along = rays[id.x * 2u + 1u];
-    let hit = walk(WorldRay(start.xyz, start.w, along.xyz, along.w), true);
-    blocked[id.x] = u32(hit.prim != NONE);
+    let place = reserve(lane, u32(is_left), 0u);
+    if (is_left) {
+        left[place] = id.x;
+    }
 }

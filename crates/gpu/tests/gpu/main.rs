@@ -8,6 +8,8 @@ mod kernels;
 mod lights;
 mod lights_scenes;
 mod maths;
+mod path;
+mod path_scenes;
 mod primitives;
 mod scattering;
 mod trace;

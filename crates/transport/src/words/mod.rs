@@ -4,11 +4,17 @@
 //! starts; offsets within a section are its own affair. Numbers are the bits of f32.
 
 mod albedo;
+pub mod camera;
+pub mod geometry;
 pub mod lights;
+pub mod materials;
+mod renderer;
+pub mod textures;
 
 use vastlight_math::{Vec2, Vec3};
 
 pub use albedo::put_albedo;
+pub use renderer::{RendererWords, WordsError};
 
 /// Places in the header of the binding `tables`.
 pub mod tables {
@@ -20,8 +26,19 @@ pub mod tables {
     pub const INSTANCES: usize = 2;
     /// Descriptors of textures.
     pub const TEXTURES: usize = 3;
+    /// Meshes.
+    pub const MESHES: usize = 4;
+    /// The camera.
+    pub const CAMERA: usize = 5;
+    /// sRGB-encoded bytes as linear numbers.
+    pub const SRGB: usize = 6;
     /// Words of the header.
-    pub const HEADER: usize = 4;
+    pub const HEADER: usize = 7;
+}
+
+/// The number of a texture of so many, `u32::MAX` for none.
+fn texture_number(texture: Option<u32>, count: usize) -> u32 {
+    texture.filter(|&texture| (texture as usize) < count).unwrap_or(u32::MAX)
 }
 
 /// Words of a binding in the making.

@@ -36,7 +36,7 @@ enum What {
 impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
-        matches!(self.what, What::Sort(_))
+        matches!(self.what, What::Sort(_) | What::Path(_))
     }
 }
 

@@ -31,6 +31,7 @@ pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<E
     let load_ms = start.elapsed().as_secs_f64() * 1e3;
     let mut request = arguments.picture.request(&open.scene, Vec::new())?;
     request.paging.memory = common.memory;
+    request.device = common.device_request();
     request.tracer.layout = Layout::from_name(&arguments.layout).unwrap_or_default();
     check_request(&open, &request, common)?;
     let control = Control { cancel, progress: &|_| {} };
@@ -46,6 +47,7 @@ pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<E
     let line = json!({
         "bench": "path",
         "device": best.device,
+        "adapter": best.adapter,
         "simd": best.simd,
         "threads": best.threads,
         "width": best.width,

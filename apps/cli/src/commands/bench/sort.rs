@@ -1,12 +1,12 @@
 //! `vastlight bench sort`.
 
-use crate::arguments::{Common, Device};
+use crate::arguments::Common;
 use crate::exit::Exit;
 use clap::Args;
 use serde_json::json;
 use vastlight::accel::sort::{bench, key, payload, radix_sort};
 use vastlight::gpu::{self, DeviceChoice, Drivers, Executor, ExecutorConfig};
-use vastlight::{Error, ErrorClass};
+use vastlight::{Device, Error, ErrorClass};
 
 /// Sort 32-bit keys with payloads, as builders and ray batches do
 #[derive(Args, Debug)]
@@ -53,7 +53,8 @@ fn on_cpu(arguments: &Sort) -> Result<Exit, Error> {
 /// Sorts on a graphics processor, keys with payloads and keys alone, and compares with the processor's order.
 fn on_gpu(arguments: &Sort, choice: DeviceChoice, common: &Common) -> Result<Exit, Error> {
     let device = Drivers::load().open(choice)?;
-    let mut executor = Executor::new(device, ExecutorConfig::default());
+    let budget_bytes = common.gpu_memory.unwrap_or(u64::MAX);
+    let mut executor = Executor::new(device, ExecutorConfig { budget_bytes, ..ExecutorConfig::default() });
     common.say(|| format!("adapter {}", executor.adapter().name));
     let n = arguments.n as usize;
     for keys in bench::KEYS {

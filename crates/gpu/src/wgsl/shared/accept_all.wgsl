@@ -1,5 +1,5 @@
 // Every hit counts.
 
-fn accepts(hit: Hit) -> bool {
+fn accepts(hit: Hit, veiled: bool) -> bool {
     return true;
 }

@@ -1,7 +1,7 @@
 // Regions of cells of one of three levels of detail, 32, 16 or 8 cells a side, and the plane of least cost through one: A4 of the
 // grid builder. Who includes this has `cells: array<u32>`: how many elements come before each cell of the finest level.
 //#include morton
-//#include wide_number
+//#include whole_numbers
 
 /// Coarsest level of detail, 8 cells a side.
 const COARSEST: u32 = 2u;
@@ -110,17 +110,17 @@ fn span_of(mask: u32) -> u32 {
     return select(firstLeadingBit(mask) - firstTrailingBit(mask) + 1u, 0u, mask == 0u);
 }
 
-/// Elements times the area of the box around what is in the rows `others` and `own`, in bits high and low. Exact: sizes of cells are
+/// Elements times the area of the box around what is in the rows `others` and `own`, low and high word. Exact: sizes of cells are
 /// at most 1023.
 fn side_cost(count: u32, own: u32, others: u32, sizes: array<u32, 3>) -> vec2<u32> {
     let a = span_of(own) * sizes[0];
     let b = span_of(others & 255u) * sizes[1];
     let c = span_of(others >> 8u) * sizes[2];
-    return wide_words(a * b + b * c + c * a, count);
+    return u64_of_words(a * b + b * c + c * a, count);
 }
 
 fn is_less(a: vec2<u32>, b: vec2<u32>) -> bool {
-    return a.x < b.x || (a.x == b.x && a.y < b.y);
+    return a.y < b.y || (a.y == b.y && a.x < b.x);
 }
 
 /// The plane of least cost through what was counted, the first of several; cells have these sizes.
@@ -148,7 +148,7 @@ fn best_plane(total: u32, cell_sizes: array<u32, 3>) -> Plane {
             own |= select(0u, 1u << bin, bin_counts[8u * axis + bin] != 0u);
             others |= bin_rows[8u * axis + bin];
             let left = side_cost(count, own, others, turned);
-            let cost = wide_sum(left, right[bin + 1u]);
+            let cost = u64_sum(left, right[bin + 1u]);
             if (count > 0u && count < total && is_less(cost, least)) {
                 least = cost;
                 best = Plane(axis, bin, count);

@@ -2,8 +2,8 @@
 // pages of quantised ones (Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide
 // BVHs"), from near to far. Words are those of `vastlight-trace`, `words`.
 //
-// Who includes this has the bindings `tree` and `pages`, and a function `accepts(hit: Hit) -> bool` that says whether a hit
-// counts.
+// Who includes this has the bindings `tree` and `pages`, the part `settled` or `unsettled`, and a function `accepts` that says
+// whether a hit counts, of a surface that rays may pass or not.
 //#include page
 //#include ray
 
@@ -52,6 +52,7 @@ struct MeshRay {
     t_max: f32,
     t_scale: f32,
     instance: u32,
+    veiled: bool,
 }
 
 /// Puts a reference in its place among those of this visit.
@@ -123,7 +124,7 @@ fn visit_leaf(ray: ptr<function, MeshRay>, node: u32, run: u32, best: ptr<functi
         if (met.y == (*ray).t_max && !comes_before(hit, *best)) {
             continue;
         }
-        if (accepts(hit)) {
+        if (accepts(hit, (*ray).veiled)) {
             *best = hit;
             (*ray).t_max = met.y;
             found = true;
@@ -206,11 +207,12 @@ fn cross_instance(
     ray.t_max = min((*best).t / scaled.t_scale, FAR);
     ray.t_scale = scaled.t_scale;
     ray.instance = instance;
+    ray.veiled = tree[at + 15u] != 0u;
 
     let floor = (*stack).held;
     push(stack, floor, root, ray.t_min);
     var found = false;
-    while ((*stack).held > floor && !(found && any)) {
+    while ((*stack).held > floor && !(found && any) && !ends_unsettled(any)) {
         (*stack).held--;
         let node = (*stack).nodes[(*stack).held];
         if ((*stack).enter[(*stack).held] > ray.t_max) {
@@ -224,6 +226,11 @@ fn cross_instance(
     }
     (*stack).held = floor;
     return found;
+}
+
+/// Whether a walk ends since it met what it cannot judge: one for any hit goes on, since another may settle it.
+fn ends_unsettled(any: bool) -> bool {
+    return is_unsettled() && !any;
 }
 
 /// The closest hit of a ray, or with `any` one of its hits.
@@ -240,7 +247,7 @@ fn walk(given: WorldRay, any: bool) -> Hit {
     let t_min = ray.t_min / scaled.t_scale;
     var stack: Stack;
     push(&stack, 0u, root, t_min);
-    while (stack.held > 0u) {
+    while (stack.held > 0u && !ends_unsettled(any)) {
         stack.held--;
         let node = stack.nodes[stack.held];
         let t_max = min(best.t / scaled.t_scale, FAR);

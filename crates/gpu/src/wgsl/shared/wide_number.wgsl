@@ -1,7 +1,8 @@
 // Numbers with 64 bits of mantissa, in integers, for the few places where single precision does not settle a question
 // and drivers have no double precision. Results are cut off, not rounded; there are no infinities.
+//#include whole_numbers
 
-/// sign * mantissa / 2^63 * 2^exponent; the mantissa's high word stands first and its top bit is set, but for zero.
+/// sign * mantissa / 2^63 * 2^exponent; the top bit of the mantissa (low word, high word) is set, but for zero.
 struct WideNumber {
     negative: bool,
     exponent: i32,
@@ -13,13 +14,13 @@ fn wide_zero() -> WideNumber {
 }
 
 fn wide_is_zero(a: WideNumber) -> bool {
-    return a.mantissa.x == 0u;
+    return a.mantissa.y == 0u;
 }
 
 /// The mantissa shifted until its top bit is set.
 fn wide_normal(negative: bool, exponent: i32, mantissa: vec2<u32>) -> WideNumber {
-    var high = mantissa.x;
-    var low = mantissa.y;
+    var high = mantissa.y;
+    var low = mantissa.x;
     var shift = 0u;
     if (high == 0u) {
         if (low == 0u) {
@@ -30,11 +31,7 @@ fn wide_normal(negative: bool, exponent: i32, mantissa: vec2<u32>) -> WideNumber
         shift = 32u;
     }
     let more = countLeadingZeros(high);
-    if (more > 0u) {
-        high = (high << more) | (low >> (32u - more));
-        low = low << more;
-    }
-    return WideNumber(negative, exponent - i32(shift + more), vec2<u32>(high, low));
+    return WideNumber(negative, exponent - i32(shift + more), u64_shifted_left(vec2<u32>(low, high), more));
 }
 
 fn wide_of(x: f32) -> WideNumber {
@@ -44,7 +41,7 @@ fn wide_of(x: f32) -> WideNumber {
         return wide_zero();
     }
     let mantissa = (bits << 8u) | 0x80000000u;
-    return WideNumber(bits >= 0x80000000u, i32(exponent) - 127, vec2<u32>(mantissa, 0u));
+    return WideNumber(bits >= 0x80000000u, i32(exponent) - 127, vec2<u32>(0u, mantissa));
 }
 
 /// The f32 next to it towards zero; zero and the largest f32 for what is beyond them.
@@ -53,49 +50,29 @@ fn wide_to_f32(a: WideNumber) -> f32 {
         return 0.0;
     }
     let exponent = u32(min(a.exponent, 127) + 127);
-    let bits = (exponent << 23u) | ((a.mantissa.x >> 8u) & 0x7fffffu);
+    let bits = (exponent << 23u) | ((a.mantissa.y >> 8u) & 0x7fffffu);
     return bitcast<f32>(bits | select(0u, 0x80000000u, a.negative));
-}
-
-/// The product of two words: high, low.
-fn wide_words(a: u32, b: u32) -> vec2<u32> {
-    let low = (a & 0xffffu) * (b & 0xffffu);
-    let cross = (a >> 16u) * (b & 0xffffu) + (low >> 16u);
-    let other = (a & 0xffffu) * (b >> 16u) + (cross & 0xffffu);
-    let high = (a >> 16u) * (b >> 16u) + (cross >> 16u) + (other >> 16u);
-    return vec2<u32>(high, (other << 16u) | (low & 0xffffu));
-}
-
-fn wide_sum(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
-    let low = a.y + b.y;
-    return vec2<u32>(a.x + b.x + u32(low < a.y), low);
 }
 
 fn wide_product(a: WideNumber, b: WideNumber) -> WideNumber {
     if (wide_is_zero(a) || wide_is_zero(b)) {
         return wide_zero();
     }
-    let top = wide_words(a.mantissa.x, b.mantissa.x);
-    let left = wide_words(a.mantissa.x, b.mantissa.y);
-    let right = wide_words(a.mantissa.y, b.mantissa.x);
-    let middle = left.y + right.y;
-    let carry = u32(middle < left.y);
-    let mantissa = wide_sum(wide_sum(top, vec2<u32>(0u, left.x)), wide_sum(vec2<u32>(0u, right.x), vec2<u32>(0u, carry)));
+    let top = u64_of_words(a.mantissa.y, b.mantissa.y);
+    let left = u64_of_words(a.mantissa.y, b.mantissa.x);
+    let right = u64_of_words(a.mantissa.x, b.mantissa.y);
+    let carry = u32(left.x + right.x < left.x);
+    let rest = u64_sum(u64_sum(vec2<u32>(left.y, 0u), vec2<u32>(right.y, 0u)), vec2<u32>(carry, 0u));
+    let mantissa = u64_sum(top, rest);
     return wide_normal(a.negative != b.negative, a.exponent + b.exponent + 1, mantissa);
 }
 
 /// The mantissa shifted to the right.
 fn wide_shifted(mantissa: vec2<u32>, by: u32) -> vec2<u32> {
-    if (by == 0u) {
-        return mantissa;
-    }
     if (by >= 64u) {
         return vec2<u32>(0u);
     }
-    if (by >= 32u) {
-        return vec2<u32>(0u, mantissa.x >> (by - 32u));
-    }
-    return vec2<u32>(mantissa.x >> by, (mantissa.y >> by) | (mantissa.x << (32u - by)));
+    return u64_shifted_right(mantissa, by);
 }
 
 /// Whether |a| < |b|.
@@ -106,7 +83,7 @@ fn wide_is_less(a: WideNumber, b: WideNumber) -> bool {
     if (a.exponent != b.exponent) {
         return a.exponent < b.exponent;
     }
-    return a.mantissa.x < b.mantissa.x || (a.mantissa.x == b.mantissa.x && a.mantissa.y < b.mantissa.y);
+    return a.mantissa.y < b.mantissa.y || (a.mantissa.y == b.mantissa.y && a.mantissa.x < b.mantissa.x);
 }
 
 fn wide_add(a: WideNumber, b: WideNumber) -> WideNumber {
@@ -124,10 +101,10 @@ fn wide_add_smaller(a: WideNumber, b: WideNumber) -> WideNumber {
     let large = wide_shifted(a.mantissa, 1u);
     let small = wide_shifted(b.mantissa, min(u32(a.exponent - b.exponent), 64u) + 1u);
     if (a.negative == b.negative) {
-        return wide_normal(a.negative, a.exponent + 1, wide_sum(large, small));
+        return wide_normal(a.negative, a.exponent + 1, u64_sum(large, small));
     }
-    let minus = wide_sum(~small, vec2<u32>(0u, 1u));
-    return wide_normal(a.negative, a.exponent + 1, wide_sum(large, minus));
+    let minus = u64_sum(~small, vec2<u32>(1u, 0u));
+    return wide_normal(a.negative, a.exponent + 1, u64_sum(large, minus));
 }
 
 fn wide_minus(a: WideNumber) -> WideNumber {
@@ -137,7 +114,7 @@ fn wide_minus(a: WideNumber) -> WideNumber {
 /// 1 / a for an a that is not zero, by Newton's steps from the quotient in single precision.
 fn wide_quotient(a: WideNumber) -> WideNumber {
     // Between 1/2 and 1.
-    let guess = 1.0 / (f32(a.mantissa.x >> 8u) / 8388608.0);
+    let guess = 1.0 / (f32(a.mantissa.y >> 8u) / 8388608.0);
     let unit = WideNumber(a.negative, 0, a.mantissa);
     let two = wide_of(2.0);
     var x = wide_of(guess);

@@ -5,3 +5,6 @@ const TABLES_ALBEDO: u32 = 0u;
 const TABLES_MATERIALS: u32 = 1u;
 const TABLES_INSTANCES: u32 = 2u;
 const TABLES_TEXTURES: u32 = 3u;
+const TABLES_MESHES: u32 = 4u;
+const TABLES_CAMERA: u32 = 5u;
+const TABLES_SRGB: u32 = 6u;

@@ -1,0 +1,43 @@
+// The closest hit of each ray with a scene in memory, for the rays that `closest` leaves.
+//#include accept_all
+//#include group
+//#include settled
+//#include walk
+
+struct Parameters {
+    count: u32,
+}
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> tree: array<u32>;
+@group(0) @binding(2) var<storage, read> pages: array<u32>;
+/// Origin and least t, direction and greatest t.
+@group(0) @binding(3) var<storage, read> rays: array<vec4<f32>>;
+/// t, weights of the second and third corner, instance, triangle; all bits of these where there is none.
+@group(0) @binding(4) var<storage, read_write> hits: array<u32>;
+/// The rays that are left.
+@group(0) @binding(5) var<storage, read> left: array<u32>;
+/// How many of them there are.
+@group(0) @binding(6) var<storage, read> tails: array<u32>;
+
+fn put_answer(ray: u32, hit: Hit) {
+    let at = ray * 5u;
+    hits[at] = bitcast<u32>(hit.t);
+    hits[at + 1u] = bitcast<u32>(hit.u);
+    hits[at + 2u] = bitcast<u32>(hit.v);
+    hits[at + 3u] = hit.instance;
+    hits[at + 4u] = hit.prim;
+}
+
+fn answer(ray: u32) -> Hit {
+    let start = rays[ray * 2u];
+    let along = rays[ray * 2u + 1u];
+    return walk(WorldRay(start.xyz, start.w, along.xyz, along.w), false);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x < min(tails[0], parameters.count)) {
+        put_answer(left[id.x], answer(left[id.x]));
+    }
+}

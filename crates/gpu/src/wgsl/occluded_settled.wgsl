@@ -1,0 +1,38 @@
+// Whether each ray meets anything in a scene in memory, for the rays that `occluded` leaves.
+//#include accept_all
+//#include group
+//#include settled
+//#include walk
+
+struct Parameters {
+    count: u32,
+}
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> tree: array<u32>;
+@group(0) @binding(2) var<storage, read> pages: array<u32>;
+/// Origin and least t, direction and greatest t.
+@group(0) @binding(3) var<storage, read> rays: array<vec4<f32>>;
+/// 1 or 0.
+@group(0) @binding(4) var<storage, read_write> blocked: array<u32>;
+/// The rays that are left.
+@group(0) @binding(5) var<storage, read> left: array<u32>;
+/// How many of them there are.
+@group(0) @binding(6) var<storage, read> tails: array<u32>;
+
+fn put_answer(ray: u32, hit: Hit) {
+    blocked[ray] = u32(hit.prim != NONE);
+}
+
+fn answer(ray: u32) -> Hit {
+    let start = rays[ray * 2u];
+    let along = rays[ray * 2u + 1u];
+    return walk(WorldRay(start.xyz, start.w, along.xyz, along.w), true);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x < min(tails[0], parameters.count)) {
+        put_answer(left[id.x], answer(left[id.x]));
+    }
+}

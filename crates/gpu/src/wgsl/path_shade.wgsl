@@ -1,0 +1,394 @@
+// Shades what the paths' rays met, one segment at a time, as in `vastlight-transport`, `path`, `primary` and `ao`: emission with
+// multiple importance sampling, a light for each vertex and its shadow ray, the next direction, roulette.
+//#include lights
+//#include path_state
+//#include queue
+//#include vertex
+//#include warp
+
+struct Parameters {
+    capacity: u32,
+    depth: u32,
+    full: u32,
+    next: u32,
+    max_depth: u32,
+    integrator: u32,
+    roulette: u32,
+    direct_sampling: u32,
+    ao_distance: f32,
+}
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read> tables: array<u32>;
+@group(0) @binding(2) var<storage, read> lights: array<u32>;
+@group(0) @binding(3) var<storage, read> corners: array<u32>;
+@group(0) @binding(4) var<storage, read> texels: array<u32>;
+@group(0) @binding(5) var<storage, read_write> paths: array<u32>;
+@group(0) @binding(6) var<storage, read_write> queues: array<u32>;
+@group(0) @binding(7) var<storage, read_write> tails: array<atomic<u32>>;
+
+const SHADOWS: u32 = 2u;
+const INTEGRATOR_DIRECT: u32 = 1u;
+const INTEGRATOR_PRIMARY: u32 = 2u;
+const INTEGRATOR_AO: u32 = 3u;
+const SAMPLING_BOTH: u32 = 0u;
+const SAMPLING_BSDF: u32 = 1u;
+const SAMPLING_LIGHT: u32 = 2u;
+
+const ROULETTE_DEPTH: u32 = 4u;
+const MAX_PANES: u32 = 32u;
+const ROULETTE_MAX: f32 = 0.95;
+/// Shortens shadow rays so that they do not meet the light itself.
+const SHADOW_SHORTENING: f32 = 1e-4;
+const CAMERA_DIMENSIONS: u32 = 4u;
+const VERTEX_DIMENSIONS: u32 = 5u;
+
+/// A path as it is shaded.
+struct Path {
+    slot: u32,
+    sampler: Sampler,
+    throughput: vec3<f32>,
+    normal: vec3<f32>,
+    odds: LightOdds,
+    pdf: f32,
+    eta_squared: f32,
+    media: MediumStack,
+    panes: u32,
+    cone: Cone,
+    flags: u32,
+    direction: vec3<f32>,
+    /// Whether there is a shadow ray, and whether the path goes on.
+    has_shadow: bool,
+    goes_on: bool,
+}
+
+fn load_path(slot: u32) -> Path {
+    var path: Path;
+    path.slot = slot;
+    let key = vec2<u32>(path_word(PATH_SAMPLER, slot), path_word(PATH_SAMPLER + 1u, slot));
+    path.sampler = Sampler(key, path_word(PATH_SAMPLER + 2u, slot));
+    path.throughput = path_vec3(PATH_THROUGHPUT, slot);
+    path.normal = path_vec3(PATH_NORMAL, slot);
+    let odds = path_vec3(PATH_ODDS, slot);
+    path.odds = LightOdds(odds.x, odds.y, odds.z);
+    path.pdf = path_f32(PATH_PDF, slot);
+    path.eta_squared = path_f32(PATH_ETA_SQUARED, slot);
+    for (var i = 0u; i < 4u; i++) {
+        path.media[i] = path_word(PATH_MEDIA + i, slot);
+    }
+    path.panes = path_word(PATH_PANES, slot);
+    path.cone = Cone(path_f32(PATH_CONE, slot), path_f32(PATH_CONE + 1u, slot));
+    path.flags = path_word(PATH_FLAGS, slot);
+    path.direction = path_vec3(PATH_RAY_DIRECTION, slot);
+    return path;
+}
+
+/// Keeps what the next segment needs.
+fn store_path(path: ptr<function, Path>) {
+    let slot = (*path).slot;
+    put_vec3(PATH_THROUGHPUT, slot, (*path).throughput);
+    put_vec3(PATH_NORMAL, slot, (*path).normal);
+    put_vec3(PATH_ODDS, slot, vec3<f32>((*path).odds.local, (*path).odds.background, (*path).odds.sun));
+    put_f32(PATH_PDF, slot, (*path).pdf);
+    put_f32(PATH_ETA_SQUARED, slot, (*path).eta_squared);
+    for (var i = 0u; i < 4u; i++) {
+        put_word(PATH_MEDIA + i, slot, (*path).media[i]);
+    }
+    put_word(PATH_PANES, slot, (*path).panes);
+    put_f32(PATH_CONE, slot, (*path).cone.width);
+    put_f32(PATH_CONE + 1u, slot, (*path).cone.spread);
+    put_word(PATH_FLAGS, slot, (*path).flags);
+}
+
+/// The power heuristic with exponent 2.
+fn power_heuristic(mine: f32, other: f32) -> f32 {
+    let ratio = other / mine;
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+fn weight_of_light(light: f32, bsdf: f32) -> f32 {
+    switch (parameters.direct_sampling) {
+        case SAMPLING_BOTH: { return power_heuristic(light, bsdf); }
+        case SAMPLING_LIGHT: { return 1.0; }
+        default: { return 0.0; }
+    }
+}
+
+fn weight_of_bsdf(bsdf: f32, light: f32) -> f32 {
+    if (!(light > 0.0)) {
+        return 1.0;
+    }
+    switch (parameters.direct_sampling) {
+        case SAMPLING_BOTH: { return power_heuristic(bsdf, light); }
+        case SAMPLING_LIGHT: { return 0.0; }
+        default: { return 1.0; }
+    }
+}
+
+/// Radiance from infinity at the end of a path, weighted against light sampling.
+fn background(path: ptr<function, Path>) -> vec3<f32> {
+    let radiance = light_environment((*path).direction);
+    var weight = 1.0;
+    if ((*path).pdf > 0.0 && any(radiance != vec3<f32>(0.0))) {
+        let light = light_density_of_direction((*path).odds, (*path).normal, (*path).direction);
+        weight = weight_of_bsdf((*path).pdf, light);
+    }
+    return (*path).throughput * radiance * weight;
+}
+
+/// Weight of emission that the path's ray ran into, against light sampling at the last vertex.
+fn seen_from(path: ptr<function, Path>, met: Meeting, position: vec3<f32>) -> f32 {
+    if (!((*path).pdf > 0.0)) {
+        return 1.0;
+    }
+    let last = path_vec3(PATH_ORIGIN, (*path).slot);
+    let light =
+        light_density_of_hit((*path).odds, last, (*path).normal, met.instance, met.prim, position);
+    return weight_of_bsdf((*path).pdf, light);
+}
+
+/// Absorption on the way to the vertex.
+fn absorption(path: ptr<function, Path>, vertex: ptr<function, Vertex>, distance: f32) -> vec3<f32> {
+    let medium = medium_current((*path).media);
+    if (medium != NO_MEDIUM) {
+        return transmittance(medium_attenuation(medium), distance);
+    }
+    if (!(*vertex).outside && vertex_bounds_volume(vertex)) {
+        return transmittance((*vertex).evaluated.attenuation, distance);
+    }
+    return vec3<f32>(1.0);
+}
+
+/// Fills in what a sample says about its first surface.
+fn describe(slot: u32, vertex: ptr<function, Vertex>, bsdf: Bsdf, direction: vec3<f32>, met: Meeting) {
+    var albedo = bsdf_albedo(bsdf);
+    if (((*vertex).evaluated.flags & FLAG_UNLIT) != 0u) {
+        albedo = clamp((*vertex).evaluated.emission, vec3<f32>(0.0), vec3<f32>(1.0));
+    }
+    put_vec3(SAMPLE_ALBEDO, slot, albedo);
+    put_vec3(SAMPLE_NORMAL, slot, vertex_facing_normal(vertex));
+    put_vec3(SAMPLE_POSITION, slot, (*vertex).surface.position);
+    let axis = table_vec3(tables[TABLES_CAMERA] + CAMERA_AXIS);
+    put_f32(SAMPLE_DEPTH, slot, met.t * dot(direction, axis));
+    put_f32(SAMPLE_COVERAGE, slot, 1.0);
+    put_word(SAMPLE_OBJECT, slot, met.instance);
+    put_word(SAMPLE_MATERIAL, slot, (*vertex).material);
+}
+
+fn put_shadow(path: ptr<function, Path>, start: vec3<f32>, direction: vec3<f32>, length: f32, radiance: vec3<f32>) {
+    let slot = (*path).slot;
+    put_vec3(PATH_SHADOW_ORIGIN, slot, start);
+    put_vec3(PATH_SHADOW_DIRECTION, slot, direction);
+    put_f32(PATH_SHADOW_LENGTH, slot, length);
+    put_vec3(PATH_SHADOW_RADIANCE, slot, radiance);
+    (*path).has_shadow = true;
+}
+
+/// Next-event estimation: a shadow ray to the chosen light, and what it carries.
+fn connect(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf: Bsdf, light: LightSample) {
+    let wi = frame_to_local((*vertex).frame, light.wi);
+    let outwards = dot(light.wi, (*vertex).surface.normal);
+    if (!(wi.z * outwards > 0.0)) {
+        return;
+    }
+    let value = bsdf_eval_pdf(bsdf, frame_to_local((*vertex).frame, (*vertex).wo), wi);
+    var weight = 1.0;
+    if ((light.flags & LIGHT_DELTA) == 0u) {
+        weight = weight_of_light(light.pdf, value.w);
+    }
+    var radiance = (*path).throughput * value.xyz * light.radiance * (weight / light.pdf);
+    if (!(max(max(radiance.x, radiance.y), radiance.z) > 0.0)) {
+        return;
+    }
+    var media = (*path).media;
+    if ((outwards >= 0.0) != (*vertex).outside) {
+        media = vertex_media_behind(vertex, media);
+    }
+    let medium = medium_current(media);
+    if (medium != NO_MEDIUM && light.distance < PATH_FAR) {
+        radiance *= transmittance(medium_attenuation(medium), light.distance);
+    }
+    var length = PATH_FAR;
+    if (light.distance < PATH_FAR) {
+        length = light.distance * (1.0 - SHADOW_SHORTENING) - 2.0 * (*vertex).surface.offset;
+    }
+    if (length > 0.0) {
+        put_shadow(path, surface_origin((*vertex).surface, light.wi), light.wi, length, radiance);
+    }
+}
+
+/// Russian roulette by the energy that the path still carries.
+fn survives(path: ptr<function, Path>, u: f32) -> bool {
+    let t = (*path).throughput;
+    let probability = min(max(max(t.x, t.y), t.z) * (*path).eta_squared, ROULETTE_MAX);
+    if (u >= probability) {
+        return false;
+    }
+    (*path).throughput /= probability;
+    return true;
+}
+
+/// Draws the next direction and moves the path over the surface.
+fn continue_path(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf: Bsdf, light_normal: vec3<f32>,
+    odds: LightOdds, ends: bool, first: u32) {
+    let wo = frame_to_local((*vertex).frame, (*vertex).wo);
+    let next = bsdf_sample(bsdf, wo, number_at((*path).sampler, first + 2u), point_at((*path).sampler, first + 3u));
+    if ((next.flags & BSDF_VALID) == 0u) {
+        return;
+    }
+    let direction = frame_to_outer((*vertex).frame, next.wi);
+    let outwards = dot(direction, (*vertex).surface.normal);
+    if (next.wi.z * outwards <= 0.0 || !(max(max(next.weight.x, next.weight.y), next.weight.z) > 0.0)) {
+        return;
+    }
+    let delta = (next.flags & BSDF_DELTA) != 0u;
+    let transmitted = (next.flags & BSDF_TRANSMITTED) != 0u;
+    (*path).throughput *= next.weight;
+    (*path).eta_squared *= next.radiance_scale;
+    let straight = delta && transmitted && bsdf_is_pane(bsdf);
+    if (!straight) {
+        (*path).pdf = select(next.pdf, 0.0, delta);
+        (*path).cone = cone_scattered((*path).cone, (*path).pdf);
+    }
+    (*path).flags |= select(PATH_SCATTERED, 0u, delta);
+    (*path).flags |= select(0u, PATH_DISPERSED, (next.flags & BSDF_DISPERSED) != 0u);
+    if (transmitted) {
+        (*path).media = vertex_media_behind(vertex, (*path).media);
+    }
+    if (ends && !straight) {
+        return;
+    }
+    if (straight) {
+        (*path).panes += select(0u, 1u, (*path).panes < MAX_PANES);
+    } else {
+        put_vec3(PATH_ORIGIN, (*path).slot, (*vertex).surface.position);
+        (*path).normal = light_normal;
+        (*path).odds = odds;
+    }
+    let roulette = parameters.roulette != 0u && parameters.depth >= ROULETTE_DEPTH;
+    if (roulette && !survives(path, number_at((*path).sampler, first + 4u))) {
+        return;
+    }
+    put_vec3(PATH_RAY_ORIGIN, (*path).slot, surface_origin((*vertex).surface, direction));
+    put_vec3(PATH_RAY_DIRECTION, (*path).slot, direction);
+    store_path(path);
+    (*path).goes_on = true;
+}
+
+/// The first surface under a light at the camera.
+fn shade_primary(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf: Bsdf) {
+    let facing = max(dot(vertex_facing_normal(vertex), (*vertex).wo), 0.0);
+    add_radiance((*path).slot, vertex_emission(vertex) + bsdf_albedo(bsdf) * (0.2 + 0.8 * facing));
+}
+
+/// The part of the hemisphere over the first surface in which nothing stands nearer than a distance.
+fn shade_ao(path: ptr<function, Path>, vertex: ptr<function, Vertex>) {
+    let local = warp_cosine_hemisphere(point_at((*path).sampler, CAMERA_DIMENSIONS));
+    let direction = frame_to_outer(frame_from_z(vertex_facing_normal(vertex)), local);
+    if (dot(direction, vertex_facing_side(vertex)) > 0.0) {
+        let start = surface_origin((*vertex).surface, direction);
+        put_shadow(path, start, direction, parameters.ao_distance, vec3<f32>(1.0));
+    }
+}
+
+/// The end of a path whose ray met nothing.
+fn leave(path: ptr<function, Path>) {
+    if (parameters.integrator == INTEGRATOR_AO) {
+        add_radiance((*path).slot, vec3<f32>(1.0));
+    } else if (parameters.integrator == INTEGRATOR_PRIMARY) {
+        add_radiance((*path).slot, vec3<f32>(0.35 + 0.25 * clamp((*path).direction.y, -1.0, 1.0)));
+    } else if (parameters.depth - (*path).panes <= parameters.max_depth) {
+        add_radiance((*path).slot, background(path));
+    }
+}
+
+/// A path at a vertex: emission, light, and on.
+fn scatter(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf: Bsdf, met: Meeting) {
+    let length = parameters.depth - (*path).panes;
+    if (length > parameters.max_depth) {
+        return;
+    }
+    let emission = vertex_emission(vertex);
+    if (any(emission != vec3<f32>(0.0))) {
+        let seen = seen_from(path, met, (*vertex).surface.position);
+        add_radiance((*path).slot, (*path).throughput * emission * seen);
+    }
+    let scattered = ((*path).flags & PATH_SCATTERED) != 0u;
+    let ends = length >= parameters.max_depth || (parameters.integrator == INTEGRATOR_DIRECT && scattered);
+    if (ends && !bsdf_is_pane(bsdf)) {
+        return;
+    }
+    let first = CAMERA_DIMENSIONS + (parameters.depth - 1u) * VERTEX_DIMENSIONS;
+    let light_normal = select(vertex_facing_normal(vertex), vec3<f32>(0.0), bsdf_transmits(bsdf));
+    var odds = LightOdds(0.0, 0.0, 0.0);
+    (*path).cone = cone_moved((*path).cone, met.t);
+    if (bsdf_has_nondelta(bsdf) && !ends) {
+        let pick = number_at((*path).sampler, first);
+        let place = point_at((*path).sampler, first + 1u);
+        let answer = light_sample((*vertex).surface.position, light_normal, pick, place);
+        odds = answer.odds;
+        if ((answer.sample.flags & LIGHT_VALID) != 0u) {
+            connect(path, vertex, bsdf, answer.sample);
+        }
+    }
+    continue_path(path, vertex, bsdf, light_normal, odds, ends, first);
+}
+
+/// Shades one path.
+fn shade(path: ptr<function, Path>) {
+    let slot = (*path).slot;
+    let met = Meeting(
+        path_f32(PATH_HIT, slot),
+        vec2<f32>(path_f32(PATH_HIT + 1u, slot), path_f32(PATH_HIT + 2u, slot)),
+        path_word(PATH_HIT + 3u, slot),
+        path_word(PATH_HIT + 4u, slot),
+    );
+    if (met.prim == NO_HIT) {
+        leave(path);
+        return;
+    }
+    var vertex = vertex_at(met, (*path).direction, (*path).cone);
+    (*path).throughput *= absorption(path, &vertex, met.t);
+    let dispersed = ((*path).flags & PATH_DISPERSED) != 0u;
+    let bsdf = bsdf_new(vertex_params(&vertex, (*path).sampler, (*path).media, dispersed));
+    if (parameters.depth == 1u) {
+        describe(slot, &vertex, bsdf, (*path).direction, met);
+    }
+    if (parameters.integrator == INTEGRATOR_PRIMARY) {
+        shade_primary(path, &vertex, bsdf);
+    } else if (parameters.integrator == INTEGRATOR_AO) {
+        shade_ao(path, &vertex);
+    } else {
+        scatter(path, &vertex, bsdf, met);
+    }
+}
+
+/// What a triangle emits at a point of it, times its coverage.
+fn textured_emission(instance: u32, prim: u32, weights: vec2<f32>) -> vec3<f32> {
+    let mesh = mesh_record(instance);
+    let material = material_of(material_of_triangle(mesh, prim));
+    if ((tables[material] & FLAG_UNLIT) != 0u) {
+        return vec3<f32>(0.0);
+    }
+    let whole = vec3<f32>(1.0 - weights.x - weights.y, weights);
+    var point = surface_point(mesh, corners_of(mesh, prim), whole, tables[material + MATERIAL_UV_SETS]);
+    let emission = material_input(material, INPUT_EMISSION, &point).xyz;
+    return emission * material_alpha(material, material_input(material, INPUT_ALPHA, &point), point.color);
+}
+
+@compute @workgroup_size(GROUP)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    var path: Path;
+    if (id.x < atomicLoad(&tails[parameters.full])) {
+        path = load_path(queues[parameters.full * parameters.capacity + id.x]);
+        shade(&path);
+    }
+    let shadow_place = reserve(lane, u32(path.has_shadow), SHADOWS);
+    let place = reserve(lane, u32(path.goes_on), parameters.next);
+    if (path.has_shadow) {
+        queues[SHADOWS * parameters.capacity + shadow_place] = path.slot;
+    }
+    if (path.goes_on) {
+        queues[parameters.next * parameters.capacity + place] = path.slot;
+    }
+}

@@ -1,0 +1,206 @@
+//! Scenes for the path tracer on a device: demos, and two of quads with everything that demos have not.
+
+use vastlight_math::{Affine3, Quat, Vec2, Vec3, Vec4};
+use vastlight_scene::generate::{self, GenerateOptions};
+use vastlight_scene::{
+    AlphaMode, Camera, Channel, ColorInput, Encoding, Environment, Filter, Image, Instance, Light, LightKind,
+    Material, Mesh, NormalMap, ScalarInput, Scene, SceneDesc, Texels, Texture, Wrap,
+};
+
+/// A demo of at most this many triangles, where its size can be chosen.
+pub(crate) fn demo(name: &str, triangles: Option<u64>) -> Scene {
+    let options = GenerateOptions { triangles, ..GenerateOptions::default() };
+    Scene::new(generate::by_name(name, &options).expect("a demo")).expect("a scene")
+}
+
+/// A quad of 2 x 2 in the plane z = 0 that looks along z.
+fn quad() -> Mesh {
+    let corner = |i: usize| [Vec2::new(-1.0, -1.0), Vec2::new(1.0, -1.0), Vec2::ONE, Vec2::new(-1.0, 1.0)][i];
+    Mesh {
+        positions: (0..4).map(|i| corner(i).extend(0.0)).collect(),
+        uvs: vec![(0..4).map(|i| (corner(i) + 1.0) * 0.5).collect()],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+/// The same bent, with normals and colours of its own.
+fn sail() -> Mesh {
+    let mut mesh = quad();
+    mesh.normals = mesh.positions.iter().map(|p| Vec3::new(p.x * 0.4, p.y * 0.2, 1.0).normalize()).collect();
+    mesh.colors =
+        mesh.positions.iter().map(|p| Vec4::new(0.6 + p.x * 0.4, 0.9, 0.6 - p.y * 0.4, 1.0)).collect();
+    mesh
+}
+
+/// Numbers that look like noise, four a texel.
+fn texels(count: usize) -> Vec<u8> {
+    (0..4 * count).map(|i| ((i * 97 + i * i * 31) >> 3) as u8).collect()
+}
+
+fn images() -> Vec<Image> {
+    let bytes = texels(64 * 32);
+    let image = |texels, channels| Image { name: String::new(), width: 64, height: 32, channels, texels };
+    let words = bytes[..64 * 32 * 2].iter().map(|&b| u16::from(b) << 8 | 0x7f).collect();
+    let floats = bytes[..64 * 32].iter().map(|&b| f32::from(b) / 300.0).collect();
+    let bent = bytes.chunks_exact(4).flat_map(|b| [b[0] / 2 + 64, b[1] / 2 + 64, 255]).collect();
+    vec![
+        image(Texels::U8(bytes.clone()), 4),
+        image(Texels::U16(words), 2),
+        image(Texels::F32(floats), 1),
+        image(Texels::U8(bent), 3),
+    ]
+}
+
+fn textures() -> Vec<Texture> {
+    let texture = |image, encoding| Texture::new(image, encoding);
+    vec![
+        texture(0, Encoding::Srgb),
+        Texture { wrap: [Wrap::Mirror, Wrap::Clamp], ..texture(1, Encoding::Srgb) },
+        Texture { filter: Filter::Nearest, ..texture(2, Encoding::Linear) },
+        texture(3, Encoding::Linear),
+    ]
+}
+
+/// A scene of quads: mesh, material, place.
+struct Build {
+    desc: SceneDesc,
+}
+
+impl Build {
+    fn new(environment: Vec3) -> Self {
+        let mut camera = Camera::look_at("c", Vec3::new(0.3, 1.2, 4.5), Vec3::new(0.0, 0.6, 0.0), 0.8);
+        camera.aspect = Some(16.0 / 9.0);
+        let desc = SceneDesc {
+            meshes: vec![quad(), sail()],
+            names: vec![String::new()],
+            images: images(),
+            textures: textures(),
+            cameras: vec![camera],
+            environment: Some(Environment::Constant(environment)),
+            ..SceneDesc::default()
+        };
+        Self { desc }
+    }
+
+    /// Puts a mesh with a material in a place; every material has copies of the meshes.
+    fn put(&mut self, mesh: usize, material: Material, world_from_object: Affine3) {
+        let number = self.desc.materials.len() as u32;
+        let parts = vec![vastlight_scene::Part { first_triangle: 0, material: number }];
+        let mesh = Mesh { parts, ..self.desc.meshes[mesh].clone() };
+        self.desc.materials.push(material);
+        self.desc.meshes.push(mesh);
+        let mesh = self.desc.meshes.len() as u32 - 1;
+        self.desc.instances.push(Instance { world_from_object, mesh, name: 0 });
+    }
+
+    fn floor(&mut self, material: Material) {
+        let flat = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
+        self.put(0, material, Affine3::from_scale_rotation_translation(Vec3::splat(4.0), flat, Vec3::ZERO));
+    }
+
+    fn finish(self) -> Scene {
+        Scene::new(self.desc).expect("a scene")
+    }
+}
+
+fn stand(x: f32, z: f32, turn: f32, size: Vec3) -> Affine3 {
+    Affine3::from_scale_rotation_translation(size, Quat::from_rotation_y(turn), Vec3::new(x, 0.8, z))
+}
+
+fn colored(texture: u32) -> ColorInput {
+    ColorInput { factor: Vec3::new(0.9, 0.8, 0.7), texture: Some(texture) }
+}
+
+/// Surfaces that rays may pass, under lights that shine through them.
+pub(crate) fn veils() -> Scene {
+    let mut build = Build::new(Vec3::new(0.2, 0.25, 0.3));
+    build.floor(Material { base_color: colored(0), ..Material::diffuse("floor", Vec3::ONE) });
+    let alpha = |texture, mode| Material {
+        alpha: ScalarInput { factor: 1.0, texture: Some((texture, Channel::A)) },
+        alpha_mode: mode,
+        double_sided: true,
+        ..Material::diffuse("veil", Vec3::new(0.2, 0.7, 0.3))
+    };
+    let size = Vec3::splat(0.7);
+    build.put(0, alpha(0, AlphaMode::Mask(0.5)), stand(-1.4, 0.0, 0.3, size));
+    build.put(0, alpha(1, AlphaMode::Blend), stand(0.0, -0.5, -0.2, size));
+    let tint = ColorInput::new(Vec3::new(0.9, 0.5, 0.2));
+    let pane = Material { thickness: 0.0, base_color: tint, ..Material::glass("pane", 1.5, 0.0) };
+    build.put(0, pane, stand(1.4, 0.2, -0.5, size));
+    let glowing = Material {
+        emission: colored(0),
+        alpha: ScalarInput { factor: 0.7, texture: Some((1, Channel::A)) },
+        alpha_mode: AlphaMode::Blend,
+        ..Material::emitter("lamp", Vec3::splat(6.0), true)
+    };
+    build.put(0, glowing, stand(0.6, -2.0, 0.0, Vec3::splat(0.4)));
+    build.desc.lights = vec![
+        light(LightKind::Point, Vec3::new(1.0, 3.0, 1.0), Vec3::splat(20.0)),
+        light(LightKind::Directional, Vec3::new(0.0, 5.0, 1.0), Vec3::new(1.5, 1.3, 1.0)),
+    ];
+    build.finish()
+}
+
+/// Every input of a material by texture, vertex colours and normals, and mirrored and stretched places.
+pub(crate) fn materials() -> Scene {
+    let mut build = Build::new(Vec3::splat(0.5));
+    let scalar = |factor, texture, channel| ScalarInput { factor, texture: Some((texture, channel)) };
+    let map = |scale| Some(NormalMap { texture: 3, scale });
+    build.floor(Material {
+        base_color: colored(0),
+        roughness: scalar(0.8, 0, Channel::G),
+        normal_map: map(0.5),
+        ..Material::new("floor")
+    });
+    let lacquer = Material {
+        metallic: scalar(1.0, 0, Channel::B),
+        roughness: scalar(0.6, 1, Channel::R),
+        clearcoat: scalar(1.0, 2, Channel::R),
+        clearcoat_roughness: ScalarInput::new(0.1),
+        clearcoat_normal_map: map(0.3),
+        normal_map: map(1.0),
+        ..Material::new("lacquer")
+    };
+    let brushed = Material {
+        anisotropy: 0.8,
+        anisotropy_rotation: 0.6,
+        anisotropy_texture: Some(3),
+        iridescence: ScalarInput::new(1.0),
+        iridescence_thickness: [200.0, 500.0],
+        iridescence_thickness_texture: Some(0),
+        ..Material::metal("brushed", Vec3::new(0.9, 0.7, 0.4), 0.3)
+    };
+    let cloth = Material {
+        sheen_color: colored(0),
+        sheen_roughness: scalar(0.9, 0, Channel::A),
+        specular: scalar(1.0, 0, Channel::R),
+        specular_color: colored(1),
+        ..Material::diffuse("cloth", Vec3::new(0.3, 0.1, 0.4))
+    };
+    let frosted = Material {
+        dispersion: 0.5,
+        transmission: scalar(1.0, 2, Channel::R),
+        attenuation_color: Vec3::new(0.4, 0.8, 0.6),
+        attenuation_distance: 0.5,
+        ..Material::glass("frosted", 1.5, 0.3)
+    };
+    let sign = Material { unlit: true, base_color: colored(0), ..Material::new("sign") };
+    build.put(1, lacquer, stand(-1.5, 0.3, 0.5, Vec3::new(0.6, 0.8, 1.0)));
+    build.put(0, brushed, stand(-0.4, 0.0, 0.2, Vec3::new(-0.5, 0.7, 1.0)));
+    build.put(1, cloth, stand(0.7, -0.3, -0.3, Vec3::new(0.5, 0.7, -1.0)));
+    build.put(0, frosted, stand(1.6, 0.2, -0.6, Vec3::splat(0.6)));
+    build.put(1, sign, stand(0.2, -1.5, 0.0, Vec3::splat(0.5)));
+    build.desc.lights = vec![
+        light(LightKind::Spot { inner: 0.3, outer: 0.9 }, Vec3::new(0.0, 4.0, 3.0), Vec3::splat(60.0)),
+        light(LightKind::Point, Vec3::new(-2.0, 2.0, 2.0), Vec3::new(10.0, 8.0, 6.0)),
+    ];
+    build.finish()
+}
+
+/// A light at a place, towards the origin.
+fn light(kind: LightKind, from: Vec3, intensity: Vec3) -> Light {
+    let turn = Quat::from_rotation_arc(Vec3::NEG_Z, -from.normalize());
+    let world_from_light = Affine3::from_rotation_translation(turn, from);
+    Light { name: String::new(), kind, world_from_light, intensity, range: f32::INFINITY, profile: None }
+}

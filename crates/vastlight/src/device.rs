@@ -1,0 +1,128 @@
+//! What a render computes on.
+
+use crate::{Error, OpenScene, RenderRequest};
+use std::sync::{Mutex, PoisonError};
+use vastlight_gpu::path::{DeviceRenderer, kernels};
+use vastlight_gpu::{AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, ExecutorConfig};
+use vastlight_transport::{Integrator, RenderStats, Renderer, SampleSink, Tile};
+
+/// Where to render.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Device {
+    /// A graphics card where there is one that can do the work, else the CPU.
+    #[default]
+    Auto,
+    /// The CPU.
+    Cpu,
+    /// The adapter of this number, or the first usable one; software adapters too.
+    Gpu(Option<u32>),
+}
+
+/// What is asked of devices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DeviceRequest {
+    /// Where to render.
+    pub device: Device,
+    /// Most bytes on a graphics processor; `None` for what it has.
+    pub gpu_memory: Option<u64>,
+    /// Goes on on the CPU where the graphics processor fails. [`Device::Auto`] does so in any case.
+    pub fallback: bool,
+}
+
+/// Paths in flight: as many as hide the latency of a card, or as few as stay in the caches behind a software adapter.
+const WAVE_ON_CARD: u32 = 1 << 19;
+const WAVE_IN_SOFTWARE: u32 = 1 << 16;
+
+impl DeviceRequest {
+    /// Whether the CPU takes over where a graphics processor fails.
+    #[must_use]
+    pub fn falls_back(&self) -> bool {
+        self.fallback || self.device == Device::Auto
+    }
+
+    /// The graphics processor for a request; none for the CPU.
+    ///
+    /// # Errors
+    /// The adapter that was asked for is not there or not usable.
+    pub(crate) fn open(&self, open: &OpenScene, request: &RenderRequest) -> Result<Option<Executor>, Error> {
+        let choice = match self.device {
+            Device::Cpu => return Ok(None),
+            Device::Gpu(None) => DeviceChoice::Any,
+            Device::Gpu(Some(number)) => DeviceChoice::Index(number),
+            Device::Auto if !has_kernels(open, request) || !Drivers::may_have_hardware() => return Ok(None),
+            Device::Auto => DeviceChoice::Hardware,
+        };
+        let device = match Drivers::load().open(choice) {
+            Err(_) if self.device == Device::Auto => return Ok(None),
+            device => device?,
+        };
+        let budget_bytes = self.gpu_memory.unwrap_or(u64::MAX);
+        Ok(Some(Executor::new(device, ExecutorConfig { budget_bytes, ..ExecutorConfig::default() })))
+    }
+}
+
+/// Whether there are kernels for a request.
+fn has_kernels(open: &OpenScene, request: &RenderRequest) -> bool {
+    open.stored.is_none() && request.settings.integrator != Integrator::Whitted
+}
+
+/// Where tiles are rendered, which decides how large they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tiles {
+    /// On a thread each, of scenes in memory.
+    InMemory,
+    /// On a thread each, of scenes in pages.
+    InPages,
+    /// One after the other, on a graphics processor.
+    OnDevice,
+}
+
+/// Renders tiles, wherever that is.
+pub(crate) enum Worker<'r> {
+    /// On the calling thread.
+    Cpu(&'r Renderer<'r>),
+    /// On a graphics processor, one tile after the other.
+    Gpu(Mutex<DeviceRenderer<'r>>),
+}
+
+impl<'r> Worker<'r> {
+    /// Brings a renderer to a graphics processor; `progress` is told of every kernel that is compiled.
+    ///
+    /// # Errors
+    /// The scene does not fit, or a kernel does not compile.
+    pub(crate) fn on_gpu(
+        executor: &'r mut Executor,
+        renderer: &'r Renderer<'r>,
+        progress: &mut dyn FnMut(CompileProgress),
+    ) -> Result<Self, Error> {
+        executor.prepare(kernels(), progress)?;
+        let software = executor.adapter().kind == AdapterKind::Software;
+        let capacity = if software { WAVE_IN_SOFTWARE } else { WAVE_ON_CARD };
+        Ok(Self::Gpu(Mutex::new(DeviceRenderer::new(executor, renderer, capacity)?)))
+    }
+
+    /// What tiles it likes.
+    pub(crate) fn tiles(&self, paged: bool) -> Tiles {
+        match self {
+            Self::Gpu(_) => Tiles::OnDevice,
+            Self::Cpu(_) if paged => Tiles::InPages,
+            Self::Cpu(_) => Tiles::InMemory,
+        }
+    }
+
+    /// Renders the samples numbered `samples` of every pixel of `tile`.
+    pub(crate) fn render_tile(
+        &self,
+        tile: Tile,
+        samples: std::ops::Range<u32>,
+        sink: &mut impl SampleSink,
+    ) -> Result<RenderStats, Error> {
+        match self {
+            Self::Cpu(renderer) => Ok(renderer.render_tile(tile, samples, sink)?),
+            Self::Gpu(renderer) => {
+                let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
+                Ok(renderer.render_tile(tile, samples, sink)?)
+            }
+        }
+    }
+}
