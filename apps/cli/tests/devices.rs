@@ -99,3 +99,28 @@ fn sorts_run_on_a_graphics_processor_or_say_why_not() {
     }
     assert_eq!(outcome.stdout.lines().count(), 4);
 }
+
+#[test]
+fn trees_are_built_on_a_graphics_processor_or_it_is_said_why_not() {
+    let w = Workspace::new();
+    let wrong = w.run("bench build demo:still-life --device gpu --accel sbvh");
+    assert_eq!(wrong.code, 2, "{}", wrong.stderr);
+    let wrong = w.run("bench build demo:still-life --device gpu --optimize 1");
+    assert_eq!(wrong.code, 2, "{}", wrong.stderr);
+    for name in ["morton", "morton-queues", "hlbvh2"] {
+        let built = w.run(&format!("bench build demo:still-life --device gpu --accel {name} --repeat 1"));
+        if built.code == 5 && built.stderr.contains("mesa-vulkan-drivers") {
+            println!(
+                "skipped: no adapter: no software Vulkan driver (Debian: mesa-vulkan-drivers libvulkan1)"
+            );
+            return;
+        }
+        assert_eq!(built.code, 0, "{}", built.stderr);
+        let line: serde_json::Value = serde_json::from_str(&built.stdout).unwrap();
+        assert_eq!((&line["device"], &line["accel"]), (&"gpu".into(), &name.into()));
+        let number = |name: &str| line[name].as_f64().unwrap();
+        let stages = line["stages"].as_object().unwrap().values().map(|ms| ms.as_f64().unwrap());
+        assert!(number("wide_nodes") > 0.0 && (stages.sum::<f64>() - number("build_ms")).abs() < 1e-6);
+        assert!(name != "morton" || number("dispatches") - number("sort_dispatches") > 0.0);
+    }
+}

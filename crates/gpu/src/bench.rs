@@ -1,4 +1,8 @@
-//! What `bench sort --device gpu` does.
+//! What `bench sort --device gpu` and `bench build --device gpu` do.
+
+mod build;
+
+pub use build::{BuildFigures, BuildInput, build};
 
 use crate::error::GpuError;
 use crate::primitives::radix::{self, Pairs};

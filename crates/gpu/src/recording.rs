@@ -179,6 +179,13 @@ impl Recording {
         &self.commands
     }
 
+    /// The first so many commands alone.
+    pub(crate) fn up_to(&self, commands: usize) -> Self {
+        let commands = self.commands[..commands.min(self.commands.len())].to_vec();
+        let downloads = commands.iter().filter(|c| matches!(c, Command::Download { .. })).count();
+        Self { buffers: self.buffers.clone(), commands, downloads }
+    }
+
     /// How many dispatches there are.
     #[must_use]
     pub fn dispatches(&self) -> usize {

@@ -1,14 +1,15 @@
 //! `vastlight bench build SCENE`.
 
-use super::{Structure, build_error};
+use super::{Structure, build_error, build_gpu};
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
 use clap::Args;
 use serde_json::json;
+use vastlight::gpu::DeviceChoice;
 use vastlight::trace::bench;
-use vastlight::{Error, peak_rss_bytes};
+use vastlight::{Device, Error, peak_rss_bytes};
 
-/// Build the acceleration structure of a scene
+/// Build the acceleration structure of a scene; on gpu, that of its largest mesh
 #[derive(Args, Debug)]
 pub(crate) struct Build {
     #[command(flatten)]
@@ -22,6 +23,10 @@ pub(crate) struct Build {
 
 pub(crate) fn run(arguments: &Build, common: &Common) -> Result<Exit, Error> {
     let scene = arguments.scene.load(common)?;
+    if let Device::Gpu(number) = common.device {
+        let choice = number.map_or(DeviceChoice::Any, DeviceChoice::Index);
+        return build_gpu::run(&scene, &arguments.structure, arguments.repeat, (choice, common));
+    }
     let config = arguments.structure.config();
     let figures = bench::build(&scene, &config, arguments.repeat).map_err(|e| build_error(&e))?;
     let stages: serde_json::Map<_, _> =
@@ -29,6 +34,7 @@ pub(crate) fn run(arguments: &Build, common: &Common) -> Result<Exit, Error> {
     let triangles = figures.triangles.max(1) as f64;
     let line = json!({
         "bench": "build",
+        "device": "cpu",
         "accel": figures.accel,
         "optimize": arguments.structure.optimize,
         "layout": arguments.structure.layout,

@@ -1,6 +1,7 @@
 //! `vastlight bench NAME`: one JSON line a result.
 
 mod build;
+mod build_gpu;
 mod kdtree;
 mod ooc;
 mod path;
@@ -36,7 +37,7 @@ enum What {
 impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
-        matches!(self.what, What::Sort(_) | What::Path(_))
+        matches!(self.what, What::Sort(_) | What::Path(_) | What::Build(_))
     }
 }
 

@@ -1,0 +1,97 @@
+//! `vastlight bench build SCENE --device gpu`.
+
+use super::Structure;
+use crate::arguments::Common;
+use crate::exit::Exit;
+use serde_json::json;
+use vastlight::accel::{BinaryTree, Reference, quality, validate};
+use vastlight::gpu::bench::{self, BuildFigures, BuildInput};
+use vastlight::gpu::build::Builder;
+use vastlight::gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig};
+use vastlight::math::Aabb;
+use vastlight::scene::{Mesh, Scene};
+use vastlight::trace::Layout;
+use vastlight::{Error, ErrorClass};
+
+/// Most triangles in a leaf, as on the CPU.
+const LEAF: u32 = 8;
+
+/// Builds over the largest mesh of a scene, and checks the tree.
+pub(super) fn run(
+    scene: &Scene,
+    structure: &Structure,
+    repeat: u32,
+    (choice, common): (DeviceChoice, &Common),
+) -> Result<Exit, Error> {
+    let (name, builder) = builder(structure)?;
+    let budget_bytes = common.gpu_memory.unwrap_or(u64::MAX);
+    let config = ExecutorConfig { budget_bytes, ..ExecutorConfig::default() };
+    let mut executor = Executor::new(Drivers::load().open(choice)?, config);
+    common.say(|| format!("adapter {}", executor.adapter().name));
+    let none = Mesh::default();
+    let mesh = scene.meshes().iter().max_by_key(|mesh| mesh.triangles.len()).unwrap_or(&none);
+    let (positions, triangles) = (&mesh.positions[..], &mesh.triangles[..]);
+    let input = BuildInput { positions, triangles, builder, leaf: LEAF };
+    let (figures, tree) = bench::build(&mut executor, &input, repeat)?;
+    check(mesh, &tree)?;
+    println!("{}", line(name, scene.meshes().len(), &executor, (&figures, &tree)));
+    Ok(Exit::Done)
+}
+
+/// The builder that is asked for, with its name.
+fn builder(structure: &Structure) -> Result<(&'static str, Builder), Error> {
+    let known = Builder::ALL.map(|(name, _)| name).join(", ");
+    let wanted = if structure.accel.is_empty() { "hlbvh2" } else { structure.accel.as_str() };
+    let found = Builder::ALL.into_iter().find(|(name, _)| *name == wanted);
+    let plain =
+        structure.split_budget.is_none() && structure.optimize == 0 && structure.layout == Layout::NAMES[0];
+    if !plain {
+        let what = "builds on graphics processors have no --split-budget, --optimize and --layout";
+        return Err(Error::usage(what, "bench build", "leave them out, or use --device cpu"));
+    }
+    found.ok_or_else(|| {
+        let what = format!("\"{wanted}\" is not built on graphics processors (known: {known})");
+        Error::usage(what, "--accel", "")
+    })
+}
+
+fn check(mesh: &Mesh, tree: &BinaryTree) -> Result<(), Error> {
+    let bounds = |i| Reference::new(&Aabb::from_points(mesh.corners(i)), i).bounds();
+    let boxes: Vec<Aabb> = (0..mesh.triangles.len() as u32).map(bounds).collect();
+    let wrong = |what| Error::new(ErrorClass::Device, format!("{what}"), "bench build", "report this");
+    validate(tree, &boxes, LEAF).map(drop).map_err(wrong)
+}
+
+fn line(
+    name: &str,
+    meshes: usize,
+    executor: &Executor,
+    (figures, tree): (&BuildFigures, &BinaryTree),
+) -> serde_json::Value {
+    let measured = quality(tree);
+    let stages: serde_json::Map<_, _> =
+        figures.stages.iter().map(|(name, ms)| ((*name).to_owned(), json!(ms))).collect();
+    json!({
+        "bench": "build",
+        "device": "gpu",
+        "adapter": executor.adapter().name,
+        "accel": name,
+        "meshes": meshes,
+        "triangles": tree.prims.len(),
+        "references": measured.references,
+        "nodes": measured.nodes,
+        "wide_nodes": figures.wide_nodes,
+        "build_ms": figures.ms,
+        "first_ms": figures.first_ms,
+        "compile_ms": figures.compile_ms,
+        "mtri_per_s": tree.prims.len() as f64 / figures.ms.max(1e-6) / 1e3,
+        "refit_ms": figures.refit_ms,
+        "cost": measured.cost,
+        "depth": measured.depth,
+        "overlap": measured.overlap,
+        "dispatches": figures.dispatches,
+        "sort_dispatches": figures.sort_dispatches,
+        "peak_bytes": executor.held_bytes(),
+        "stages": stages,
+    })
+}

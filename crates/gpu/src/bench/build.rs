@@ -1,0 +1,157 @@
+//! What `bench build --device gpu` does.
+
+use crate::build::{self, Builder, DeviceTree, boxes, wide};
+use crate::error::GpuError;
+use crate::recording::{Buffer, Recording, Resident};
+use crate::run::Executor;
+use std::time::Instant;
+use vastlight_accel::BinaryTree;
+use vastlight_math::Vec3;
+
+/// Elements for each of which there is room for a wide node, four times what is usual.
+const ELEMENTS_PER_WIDE_NODE: u32 = 4;
+
+/// The times of a build.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BuildFigures {
+    /// Best time in milliseconds, from triangles on the device to wide nodes there.
+    pub ms: f64,
+    /// The first time, when some drivers finish compiling.
+    pub first_ms: f64,
+    /// Compiling the kernels that were not ready, before the first.
+    pub compile_ms: f64,
+    /// Stages, in milliseconds: how much longer the best build is that ends with each. They sum to [`Self::ms`].
+    pub stages: Vec<(&'static str, f64)>,
+    /// New boxes for a finished tree, from the triangles on.
+    pub refit_ms: f64,
+    /// Dispatches of the build.
+    pub dispatches: usize,
+    /// Those of its sort.
+    pub sort_dispatches: usize,
+    /// Wide nodes.
+    pub wide_nodes: u32,
+}
+
+/// A mesh and how to build over it.
+#[derive(Clone, Copy, Debug)]
+pub struct BuildInput<'a> {
+    /// Vertices.
+    pub positions: &'a [Vec3],
+    /// Three vertices a triangle.
+    pub triangles: &'a [[u32; 3]],
+    /// What finds the tree.
+    pub builder: Builder,
+    /// Most triangles in a leaf.
+    pub leaf: u32,
+}
+
+/// Builds over a mesh `repeat` times (at least once); gives the tree too.
+///
+/// # Errors
+/// There are too many triangles for the device, or it fails.
+pub fn build(
+    executor: &mut Executor,
+    input: &BuildInput<'_>,
+    repeat: u32,
+) -> Result<(BuildFigures, BinaryTree), GpuError> {
+    let positions = executor.keep("positions", input.positions)?;
+    let kept = executor.keep("triangles", input.triangles);
+    let triangles = kept.inspect_err(|_| executor.release(positions))?;
+    let outcome = build_in(executor, input, repeat, [positions, triangles]);
+    [positions, triangles].into_iter().for_each(|room| executor.release(room));
+    outcome
+}
+
+fn build_in(
+    executor: &mut Executor,
+    input: &BuildInput<'_>,
+    repeat: u32,
+    rooms: [Resident; 2],
+) -> Result<(BuildFigures, BinaryTree), GpuError> {
+    let Recorded { mut recording, tree, wide, room, stages } = Recorded::new(input, rooms)?;
+    let mut compile_ms = 0.0;
+    executor.prepare(&recording.kernels(), &mut |progress| compile_ms += progress.ms)?;
+    let parts: Vec<Recording> = stages.iter().map(|stage| recording.up_to(stage.1)).collect();
+    let (first_ms, ends) = measured(executor, &parts, repeat)?;
+    let starts = std::iter::once(0.0).chain(ends.iter().copied());
+    let taken = ends.iter().zip(starts).map(|(end, start)| end - start);
+    let mut times: Vec<(&'static str, f64)> = stages.iter().map(|stage| stage.0).zip(taken).collect();
+    let refit_ms = times.pop().map_or(0.0, |refit| refit.1);
+
+    let downloads = [
+        recording.download(tree.nodes, build::NODE_WORDS * u64::from(tree.most_nodes())),
+        recording.download(tree.pairs, 1),
+        recording.download(tree.order, tree.count.into()),
+        recording.download(wide.node_count, 1),
+    ];
+    let results = executor.run(&recording)?;
+    let [nodes, pairs, order, wide_nodes] = downloads.map(|download| results.words(download));
+    if wide_nodes[0] > room {
+        let what = "room for wide nodes".to_owned();
+        return Err(GpuError::Limit { what, wanted: wide_nodes[0].into(), limit: room.into() });
+    }
+    let at = |name: &str| stages.iter().position(|stage| stage.0 == name).unwrap_or_default();
+    let (codes, sort) = (at("codes"), at("sort"));
+    let figures = BuildFigures {
+        ms: times.iter().map(|stage| stage.1).sum(),
+        first_ms,
+        compile_ms,
+        stages: times,
+        refit_ms,
+        dispatches: parts[parts.len() - 2].dispatches(),
+        sort_dispatches: parts[sort].dispatches() - parts[codes].dispatches(),
+        wide_nodes: wide_nodes[0],
+    };
+    Ok((figures, build::tree_of_words(&nodes, pairs[0], order)))
+}
+
+/// A build, its collapse and a refit, on paper.
+struct Recorded {
+    recording: Recording,
+    tree: DeviceTree,
+    wide: wide::DeviceWide,
+    room: u32,
+    stages: build::Stages,
+}
+
+impl Recorded {
+    fn new(input: &BuildInput<'_>, rooms: [Resident; 2]) -> Result<Self, GpuError> {
+        let count = u32::try_from(input.triangles.len()).unwrap_or(u32::MAX);
+        let (mut recording, mut stages) = (Recording::new(), Vec::new());
+        let mesh = rooms.map(|room| recording.resident("mesh", room));
+        let triangles = boxes::record(&mut recording, mesh[0], mesh[1], count)?;
+        stages.push(("triangles", recording.commands().len()));
+        let fits = (count, input.leaf);
+        let tree = build::record(&mut recording, input.builder, triangles, fits, &mut stages)?;
+        let room = count / ELEMENTS_PER_WIDE_NODE + 16;
+        let wide = wide::record(&mut recording, &tree, room)?;
+        stages.push(("collapse", recording.commands().len()));
+        refit(&mut recording, mesh, &tree)?;
+        stages.push(("refit", recording.commands().len()));
+        Ok(Self { recording, tree, wide, room, stages })
+    }
+}
+
+fn refit(recording: &mut Recording, mesh: [Buffer; 2], tree: &DeviceTree) -> Result<(), GpuError> {
+    let triangles = boxes::record(recording, mesh[0], mesh[1], tree.count)?;
+    build::record_refit(recording, tree, triangles)
+}
+
+/// The time of the first run of the longest part but one, and the best times of all, none of which is less than that of one before.
+fn measured(executor: &mut Executor, parts: &[Recording], repeat: u32) -> Result<(f64, Vec<f64>), GpuError> {
+    let mut run = |part: &Recording| {
+        let start = Instant::now();
+        executor.run(part).map(|_| start.elapsed().as_secs_f64() * 1e3)
+    };
+    let first_ms = run(&parts[parts.len().saturating_sub(2)])?;
+    let mut best = vec![f64::INFINITY; parts.len()];
+    for _ in 0..repeat.max(1) {
+        for (best, part) in best.iter_mut().zip(parts) {
+            *best = best.min(run(part)?);
+        }
+    }
+    for i in 1..best.len() {
+        best[i] = best[i].max(best[i - 1]);
+    }
+    Ok((first_ms, best))
+}
