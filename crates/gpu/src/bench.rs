@@ -1,8 +1,10 @@
-//! What `bench sort --device gpu` and `bench build --device gpu` do.
+//! What `bench sort`, `bench build` and `bench trace` do with `--device gpu`.
 
 mod build;
+mod trace;
 
 pub use build::{BuildFigures, BuildInput, build};
+pub use trace::{TraceFigures, trace};
 
 use crate::error::GpuError;
 use crate::primitives::radix::{self, Pairs};

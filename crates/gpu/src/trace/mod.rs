@@ -20,7 +20,7 @@ pub const STACK: usize = 192;
 /// Most rays of a batch: one dispatch.
 pub const MAX_RAYS: u32 = WORKGROUPS_PER_AXIS * GROUP;
 /// Words of a hit.
-const HIT_WORDS: usize = 5;
+pub(crate) const HIT_WORDS: usize = 5;
 
 device_struct! {
     struct Parameters as "Parameters" { count }

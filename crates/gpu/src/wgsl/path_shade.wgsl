@@ -3,6 +3,7 @@
 //#include lights
 //#include path_state
 //#include queue
+//#include random
 //#include vertex
 //#include warp
 
@@ -40,13 +41,20 @@ const MAX_PANES: u32 = 32u;
 const ROULETTE_MAX: f32 = 0.95;
 /// Shortens shadow rays so that they do not meet the light itself.
 const SHADOW_SHORTENING: f32 = 1e-4;
+const WAVELENGTH_DIMENSION: u32 = 3u;
 const CAMERA_DIMENSIONS: u32 = 4u;
 const VERTEX_DIMENSIONS: u32 = 5u;
+const RANDOM_POINTS: u32 = VERTEX_DIMENSIONS + 1u;
+const RANDOM_LIGHT: u32 = 0u;
+const RANDOM_PLACE: u32 = 1u;
+const RANDOM_LOBE: u32 = 2u;
+const RANDOM_DIRECTION: u32 = 3u;
+const RANDOM_ROULETTE: u32 = 4u;
+const RANDOM_WAVELENGTH: u32 = 5u;
 
 /// A path as it is shaded.
 struct Path {
     slot: u32,
-    sampler: Sampler,
     throughput: vec3<f32>,
     normal: vec3<f32>,
     odds: LightOdds,
@@ -57,6 +65,8 @@ struct Path {
     cone: Cone,
     flags: u32,
     direction: vec3<f32>,
+    /// Of this vertex: choice of light, place on it, choice of lobe, direction, roulette; and of the whole path: wavelength.
+    random: array<vec2<f32>, RANDOM_POINTS>,
     /// Whether there is a shadow ray, and whether the path goes on.
     has_shadow: bool,
     goes_on: bool,
@@ -66,7 +76,7 @@ fn load_path(slot: u32) -> Path {
     var path: Path;
     path.slot = slot;
     let key = vec2<u32>(path_word(PATH_SAMPLER, slot), path_word(PATH_SAMPLER + 1u, slot));
-    path.sampler = Sampler(key, path_word(PATH_SAMPLER + 2u, slot));
+    let sampler = Sampler(key, path_word(PATH_SAMPLER + 2u, slot));
     path.throughput = path_vec3(PATH_THROUGHPUT, slot);
     path.normal = path_vec3(PATH_NORMAL, slot);
     let odds = path_vec3(PATH_ODDS, slot);
@@ -80,6 +90,11 @@ fn load_path(slot: u32) -> Path {
     path.cone = Cone(path_f32(PATH_CONE, slot), path_f32(PATH_CONE + 1u, slot));
     path.flags = path_word(PATH_FLAGS, slot);
     path.direction = path_vec3(PATH_RAY_DIRECTION, slot);
+    let first = CAMERA_DIMENSIONS + (parameters.depth - 1u) * VERTEX_DIMENSIONS;
+    // In a loop, since drivers inline every call.
+    for (var i = 0u; i < RANDOM_POINTS; i++) {
+        path.random[i] = point_at(sampler, select(first + i, WAVELENGTH_DIMENSION, i == RANDOM_WAVELENGTH));
+    }
     return path;
 }
 
@@ -230,9 +245,9 @@ fn survives(path: ptr<function, Path>, u: f32) -> bool {
 
 /// Draws the next direction and moves the path over the surface.
 fn continue_path(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf: Bsdf, light_normal: vec3<f32>,
-    odds: LightOdds, ends: bool, first: u32) {
+    odds: LightOdds, ends: bool) {
     let wo = frame_to_local((*vertex).frame, (*vertex).wo);
-    let next = bsdf_sample(bsdf, wo, number_at((*path).sampler, first + 2u), point_at((*path).sampler, first + 3u));
+    let next = bsdf_sample(bsdf, wo, (*path).random[RANDOM_LOBE].x, (*path).random[RANDOM_DIRECTION]);
     if ((next.flags & BSDF_VALID) == 0u) {
         return;
     }
@@ -266,7 +281,7 @@ fn continue_path(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf:
         (*path).odds = odds;
     }
     let roulette = parameters.roulette != 0u && parameters.depth >= ROULETTE_DEPTH;
-    if (roulette && !survives(path, number_at((*path).sampler, first + 4u))) {
+    if (roulette && !survives(path, (*path).random[RANDOM_ROULETTE].x)) {
         return;
     }
     put_vec3(PATH_RAY_ORIGIN, (*path).slot, surface_origin((*vertex).surface, direction));
@@ -283,7 +298,7 @@ fn shade_primary(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf:
 
 /// The part of the hemisphere over the first surface in which nothing stands nearer than a distance.
 fn shade_ao(path: ptr<function, Path>, vertex: ptr<function, Vertex>) {
-    let local = warp_cosine_hemisphere(point_at((*path).sampler, CAMERA_DIMENSIONS));
+    let local = warp_cosine_hemisphere((*path).random[0]);
     let direction = frame_to_outer(frame_from_z(vertex_facing_normal(vertex)), local);
     if (dot(direction, vertex_facing_side(vertex)) > 0.0) {
         let start = surface_origin((*vertex).surface, direction);
@@ -318,20 +333,18 @@ fn scatter(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf: Bsdf,
     if (ends && !bsdf_is_pane(bsdf)) {
         return;
     }
-    let first = CAMERA_DIMENSIONS + (parameters.depth - 1u) * VERTEX_DIMENSIONS;
     let light_normal = select(vertex_facing_normal(vertex), vec3<f32>(0.0), bsdf_transmits(bsdf));
     var odds = LightOdds(0.0, 0.0, 0.0);
     (*path).cone = cone_moved((*path).cone, met.t);
     if (bsdf_has_nondelta(bsdf) && !ends) {
-        let pick = number_at((*path).sampler, first);
-        let place = point_at((*path).sampler, first + 1u);
-        let answer = light_sample((*vertex).surface.position, light_normal, pick, place);
+        let pick = (*path).random[RANDOM_LIGHT].x;
+        let answer = light_sample((*vertex).surface.position, light_normal, pick, (*path).random[RANDOM_PLACE]);
         odds = answer.odds;
         if ((answer.sample.flags & LIGHT_VALID) != 0u) {
             connect(path, vertex, bsdf, answer.sample);
         }
     }
-    continue_path(path, vertex, bsdf, light_normal, odds, ends, first);
+    continue_path(path, vertex, bsdf, light_normal, odds, ends);
 }
 
 /// Shades one path.
@@ -350,7 +363,7 @@ fn shade(path: ptr<function, Path>) {
     var vertex = vertex_at(met, (*path).direction, (*path).cone);
     (*path).throughput *= absorption(path, &vertex, met.t);
     let dispersed = ((*path).flags & PATH_DISPERSED) != 0u;
-    let bsdf = bsdf_new(vertex_params(&vertex, (*path).sampler, (*path).media, dispersed));
+    let bsdf = bsdf_new(vertex_params(&vertex, (*path).random[RANDOM_WAVELENGTH].x, (*path).media, dispersed));
     if (parameters.depth == 1u) {
         describe(slot, &vertex, bsdf, (*path).direction, met);
     }
@@ -372,8 +385,13 @@ fn textured_emission(instance: u32, prim: u32, weights: vec2<f32>) -> vec3<f32> 
     }
     let whole = vec3<f32>(1.0 - weights.x - weights.y, weights);
     var point = surface_point(mesh, corners_of(mesh, prim), whole, tables[material + MATERIAL_UV_SETS]);
-    let emission = material_input(material, INPUT_EMISSION, &point).xyz;
-    return emission * material_alpha(material, material_input(material, INPUT_ALPHA, &point), point.color);
+    var value = vec4<f32>(0.0);
+    var emission = vec3<f32>(0.0);
+    for (var i = 0u; i < 2u; i++) {
+        value = material_input(material, select(INPUT_ALPHA, INPUT_EMISSION, i == 0u), &point);
+        emission = select(emission, value.xyz, i == 0u);
+    }
+    return emission * material_alpha(material, value, point.color);
 }
 
 @compute @workgroup_size(GROUP)

@@ -7,11 +7,15 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use vastlight::gpu::trace::DeviceTracer;
+use vastlight::gpu::{self, DeviceChoice, Drivers, Executor, ExecutorConfig};
 use vastlight::math::Ray;
+use vastlight::scene::Scene;
+use vastlight::simd::Level;
 use vastlight::trace::bench::{self, TraceFigures};
 use vastlight::trace::sort::SortRays;
-use vastlight::trace::{Tracer, TracerConfig};
-use vastlight::{Error, peak_rss_bytes};
+use vastlight::trace::{Layout, Tracer, TracerConfig};
+use vastlight::{Device, Error, peak_rss_bytes};
 
 /// Trace the rays of a file: closest hits, or occlusion
 #[derive(Args, Debug)]
@@ -32,6 +36,9 @@ pub(crate) struct Trace {
     /// Whether rays are sorted before they are traced; `both` prints a line for each way
     #[arg(long, value_name = "auto|on|off|both", default_value = "auto")]
     sort_rays: Sort,
+    /// Instructions of the processor [default: the widest that it has]
+    #[arg(long, value_name = "NAME", value_parser = Level::available().iter().map(|level| level.name()).collect::<Vec<_>>())]
+    simd: Option<String>,
     /// Times the rays are traced; the best counts
     #[arg(long, value_name = "N", default_value_t = 3)]
     repeat: u32,
@@ -66,7 +73,15 @@ impl Sort {
 pub(crate) fn run(arguments: &Trace, common: &Common) -> Result<Exit, Error> {
     let rays = read_rays(&arguments.rays)?;
     let scene = arguments.scene.load(common)?;
-    let config = TracerConfig { single_rays: arguments.batch == Batch::Off, ..arguments.structure.config() };
+    if let Device::Gpu(number) = common.device {
+        let choice = number.map_or(DeviceChoice::Any, DeviceChoice::Index);
+        return on_gpu(arguments, common, choice, (&scene, &rays));
+    }
+    let config = TracerConfig {
+        single_rays: arguments.batch == Batch::Off,
+        level: arguments.simd.as_deref().and_then(Level::from_name),
+        ..arguments.structure.config()
+    };
     let tracer = Tracer::new(&scene, &config).map_err(|e| build_error(&e))?;
     for &way in arguments.sort_rays.ways() {
         let figures = bench::trace(&tracer, &rays, arguments.occluded, way, arguments.repeat);
@@ -75,10 +90,50 @@ pub(crate) fn run(arguments: &Trace, common: &Common) -> Result<Exit, Error> {
     Ok(Exit::Done)
 }
 
+/// The same on a graphics processor, in the layout `compact`.
+fn on_gpu(
+    arguments: &Trace,
+    common: &Common,
+    choice: DeviceChoice,
+    (scene, rays): (&Scene, &[Ray]),
+) -> Result<Exit, Error> {
+    let config = TracerConfig { layout: Layout::Compact, ..arguments.structure.config() };
+    let tracer = Tracer::new(scene, &config).map_err(|e| build_error(&e))?;
+    let words = tracer.words().map_err(|e| build_error(&e))?;
+    let budget_bytes = common.gpu_memory.unwrap_or(u64::MAX);
+    let config = ExecutorConfig { budget_bytes, ..ExecutorConfig::default() };
+    let mut executor = Executor::new(Drivers::load().open(choice)?, config);
+    let on_device = DeviceTracer::new(&mut executor, &words)?;
+    let bytes = executor.held_bytes();
+    let figures = gpu::bench::trace(&mut executor, &on_device, rays, arguments.occluded, arguments.repeat)?;
+    let line = json!({
+        "bench": "trace",
+        "device": "gpu",
+        "adapter": executor.adapter().name,
+        "accel": tracer.report().accel,
+        "layout": Layout::Compact.name(),
+        "occluded": arguments.occluded,
+        "triangles": tracer.report().triangles,
+        "build_ms": tracer.report().build_ms,
+        "bytes_per_triangle": bytes as f64 / tracer.report().triangles.max(1) as f64,
+        "rays": rays.len(),
+        "mrays_per_s": rays.len() as f64 / figures.ms.max(1e-6) / 1e3,
+        "trace_ms": figures.ms,
+        "compile_ms": figures.compile_ms,
+        "dispatches": figures.dispatches,
+        "hits": figures.hits,
+        "sum_t": figures.sum_t,
+        "peak_rss_bytes": peak_rss_bytes(),
+    });
+    println!("{line}");
+    Ok(Exit::Done)
+}
+
 fn print_line(arguments: &Trace, figures: &TraceFigures) {
     let milliseconds = |time: Duration| time.as_secs_f64() * 1e3;
     let line = json!({
         "bench": "trace",
+        "device": "cpu",
         "accel": figures.accel,
         "optimize": arguments.structure.optimize,
         "layout": arguments.structure.layout,

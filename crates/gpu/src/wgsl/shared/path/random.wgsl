@@ -67,7 +67,3 @@ fn point_at(sampler: Sampler, dimension: u32) -> vec2<f32> {
         to_unit(owen_reversed(second_dimension_reversed(index), h.y)),
     );
 }
-
-fn number_at(sampler: Sampler, dimension: u32) -> f32 {
-    return point_at(sampler, dimension).x;
-}

@@ -1,10 +1,7 @@
 // A path's vertex as in `vastlight-transport`, `vertex`: the surface that a ray met, its material and its scattering.
 //#include bsdf
 //#include medium
-//#include random
 //#include surface
-
-const WAVELENGTH_DIMENSION: u32 = 3u;
 
 struct Vertex {
     surface: Surface,
@@ -59,14 +56,14 @@ fn vertex_media_behind(vertex: ptr<function, Vertex>, media: MediumStack) -> Med
     return medium_left(media, (*vertex).material);
 }
 
-/// The numbers of the scattering for a path: the index relative to the medium around the volume.
-fn vertex_params(vertex: ptr<function, Vertex>, sampler: Sampler, media: MediumStack, dispersed: bool) -> BsdfParams {
+/// The numbers of the scattering for a path with a random number for its wavelength: the index relative to the medium around the volume.
+fn vertex_params(vertex: ptr<function, Vertex>, wavelength: f32, media: MediumStack, dispersed: bool) -> BsdfParams {
     var params = (*vertex).evaluated.params;
     if (!vertex_bounds_volume(vertex)) {
         return params;
     }
     if (params.dispersion > 0.0) {
-        wavelength_apply(number_at(sampler, WAVELENGTH_DIMENSION), dispersed, &params);
+        wavelength_apply(wavelength, dispersed, &params);
     }
     var around = media;
     if (!(*vertex).outside) {
