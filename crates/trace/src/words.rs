@@ -146,3 +146,104 @@ fn push_node(tree: &mut Vec<u32>, node: &Node8, child: impl Fn(ChildRef) -> u32)
     tree.extend(node.children.map(|c| if c == ChildRef::NONE { c.0 } else { child(c) }));
     tree.extend(node.reserved);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Layout, TopLevel, TracerConfig};
+    use vastlight_math::{Affine3, Vec3};
+    use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
+
+    /// Two meshes of small triangles, and one without, placed some times.
+    fn scene(places: usize) -> Scene {
+        let mesh = |count: usize| Mesh {
+            positions: (0..3 * count)
+                .map(|i| {
+                    Vec3::new((i / 3 % 20) as f32, (i / 60) as f32, 0.0)
+                        + [Vec3::ZERO, Vec3::X, Vec3::Y][i % 3] * 0.5
+                })
+                .collect(),
+            triangles: (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..Mesh::default()
+        };
+        let instance = |i: usize| Instance {
+            world_from_object: Affine3::from_translation(Vec3::Z * i as f32),
+            mesh: (i % 3) as u32,
+            name: 0,
+        };
+        let desc = SceneDesc {
+            meshes: vec![mesh(400), mesh(9), mesh(0)],
+            instances: (0..places).map(instance).collect(),
+            names: vec![String::new()],
+            ..SceneDesc::default()
+        };
+        Scene::new(desc).expect("a scene")
+    }
+
+    fn words(places: usize, config: &TracerConfig) -> Result<TracerWords, TraceError> {
+        Tracer::new(&scene(places), config).expect("built").words()
+    }
+
+    fn compact() -> TracerConfig {
+        TracerConfig { layout: Layout::Compact, ..TracerConfig::default() }
+    }
+
+    /// Follows every child from the root; gives the instances that are met.
+    fn instances_below(words: &TracerWords, child: u32, met: &mut Vec<u32>) {
+        if child == ChildRef::NONE.0 {
+        } else if child & LEAF != 0 {
+            met.push(child & !LEAF);
+        } else {
+            let node = child as usize * NODE_WORDS;
+            assert!(child > 0 && node < words.tree[header::INSTANCES] as usize);
+            words.tree[node + 48..][..8].iter().for_each(|&child| instances_below(words, child, met));
+        }
+    }
+
+    #[test]
+    fn every_instance_is_found_from_the_root_and_knows_its_mesh() {
+        for places in [1, 2, 30, 100] {
+            let words = words(places, &compact()).expect("words");
+            let mut met = Vec::new();
+            instances_below(&words, words.tree[header::ROOT], &mut met);
+            met.sort_unstable();
+            let scene = scene(places);
+            let has_triangles = |i: usize| scene.instances().mesh(i) != 2;
+            let expected: Vec<u32> = (0..places as u32).filter(|&i| has_triangles(i as usize)).collect();
+            assert_eq!(met, expected, "instances without triangles have no leaf");
+            assert_eq!(words.tree[header::COUNT] as usize, places);
+            let first = words.tree[header::INSTANCES] as usize;
+            assert_eq!(words.tree.len(), first + places * INSTANCE_WORDS);
+            for (i, instance) in words.tree[first..].chunks_exact(INSTANCE_WORDS).enumerate() {
+                let moved = scene.instances().map(i).translation.z;
+                assert_eq!(f32::from_bits(instance[11]), -moved * f32::from_bits(instance[0]));
+                let root = instance[12];
+                assert_eq!(root == ChildRef::NONE.0, !has_triangles(i));
+                assert!(
+                    root == ChildRef::NONE.0
+                        || root & LEAF == 0
+                        || ((root & !LEAF) as usize) < words.pages.len()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn veils_are_marked_and_nothing_else() {
+        let plain = words(5, &compact()).expect("words");
+        let mut veiled = plain.clone();
+        veiled.set_veils(|i| i == 3);
+        let differ: Vec<usize> = (0..plain.tree.len()).filter(|&i| plain.tree[i] != veiled.tree[i]).collect();
+        assert_eq!(differ, [plain.tree[header::INSTANCES] as usize + 4 * INSTANCE_WORDS - 1]);
+    }
+
+    #[test]
+    fn what_is_not_in_pages_under_a_tree_has_no_words() {
+        let wide = TracerConfig::default();
+        let grid = TracerConfig { top: TopLevel::Grid(4), ..compact() };
+        let kd = TracerConfig { accel: "kd-threaded".to_owned(), ..TracerConfig::default() };
+        for config in [wide, grid, kd] {
+            assert!(matches!(words(4, &config), Err(TraceError::Words(_))), "{config:?}");
+        }
+    }
+}

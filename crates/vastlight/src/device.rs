@@ -3,7 +3,9 @@
 use crate::{Error, OpenScene, RenderRequest};
 use std::sync::{Mutex, PoisonError};
 use vastlight_gpu::path::{DeviceRenderer, kernels};
-use vastlight_gpu::{AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, ExecutorConfig};
+use vastlight_gpu::{
+    AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError,
+};
 use vastlight_transport::{Integrator, RenderStats, Renderer, SampleSink, Tile};
 
 /// Where to render.
@@ -53,7 +55,9 @@ impl DeviceRequest {
             Device::Auto => DeviceChoice::Hardware,
         };
         let device = match Drivers::load().open(choice) {
-            Err(_) if self.device == Device::Auto => return Ok(None),
+            Err(GpuError::NoAdapter | GpuError::NoSuchKind { .. }) if self.device == Device::Auto => {
+                return Ok(None);
+            }
             device => device?,
         };
         let budget_bytes = self.gpu_memory.unwrap_or(u64::MAX);

@@ -251,12 +251,13 @@ fn millis(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
-/// Edge of the film's tiles: large for long batches, smaller where threads would wait for each other.
+/// Edge of the film's tiles: large for long batches, smaller where threads would wait for each other. A device takes one
+/// after the other, and they are large in any case.
 fn tile_size(pixels: u64, threads: usize, tiles: Tiles) -> u32 {
     let (sizes, each): (&[u32], _) = match tiles {
         Tiles::InMemory => (&[64, 32], 8 * threads),
         Tiles::InPages => (&[384, 256, 128, 64, 32], threads),
-        Tiles::OnDevice => (&[512, 256, 128, 64], 1),
+        Tiles::OnDevice => (&[512], 0),
     };
     sizes.iter().copied().find(|&n| pixels / u64::from(n * n) >= each as u64).unwrap_or(16)
 }

@@ -14,7 +14,6 @@ const NODE_WORDS_OF_TREE: u32 = 64u;
 const INSTANCE_WORDS: u32 = 16u;
 const TREE_ROOT: u32 = 0u;
 const TREE_INSTANCES: u32 = 1u;
-const TREE_COUNT: u32 = 2u;
 const TREE_EXTENT: u32 = 3u;
 const TREE_MARGIN: u32 = 4u;
 const STACK: u32 = 192u;
