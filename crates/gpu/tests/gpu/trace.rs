@@ -1,4 +1,5 @@
-//! Hits on the software adapter against the CPU's.
+//! Hits on the software adapter against the CPU's: 12,000 rays a scene in a test run, a million with `VASTLIGHT_SOAK` in the
+//! environment.
 
 use crate::common::software;
 use vastlight_gpu::trace::{
@@ -136,6 +137,10 @@ fn differences(executor: &mut Executor, scene: &Scene, seen: &Scene, rays: &[Ray
     (differ, met)
 }
 
+fn count() -> usize {
+    if std::env::var_os("VASTLIGHT_SOAK").is_some() { 1_000_000 } else { 12_000 }
+}
+
 #[test]
 fn hits_are_those_of_the_cpu() {
     let Some(mut executor) = software() else { return };
@@ -146,7 +151,7 @@ fn hits_are_those_of_the_cpu() {
         (alone(sheet(65)), 1500),
         (crowd(), 4000),
     ] {
-        let (differ, met) = differences(&mut executor, &scene, &scene, &rays(12_000));
+        let (differ, met) = differences(&mut executor, &scene, &scene, &rays(count()));
         assert!(met >= least, "{met} hits");
         assert_eq!(differ, 0, "{} instances", scene.instances().len());
     }
@@ -165,7 +170,7 @@ fn triangles_seen_edge_on_are_settled_as_on_the_cpu() {
         let direction = along + normal * [1e-3, 1e-4, 1e-5, 1e-6][i / 400 % 4];
         ray(target - direction * noise(i, 5), direction)
     };
-    let rays: Vec<Ray> = (0..12_000).map(aimed).collect();
+    let rays: Vec<Ray> = (0..count()).map(aimed).collect();
     let (differ, met) = differences(&mut executor, &scene, &scene, &rays);
     assert!(met > 10_000, "{met}");
     assert_eq!(differ, 0);
