@@ -24,6 +24,10 @@ use vastlight_transport::{
 const PATH_FIELDS: u32 = 63;
 /// The first of them that are a sample.
 const SAMPLE_FIELDS: u32 = 47;
+/// Words of a sample.
+const SAMPLE_WORDS: u64 = (PATH_FIELDS - SAMPLE_FIELDS) as u64;
+/// Waves become no smaller than this for want of memory.
+const LEAST_WAVE: u32 = 1 << 12;
 /// Queues of paths: two that take turns, that of the shadow rays, and that of rays which are not settled.
 const QUEUES: u64 = 4;
 /// The numbers of the last two.
@@ -93,7 +97,8 @@ struct Wave {
 }
 
 impl<'r> DeviceRenderer<'r> {
-    /// Brings a renderer to a device, with waves of at most `capacity` paths. Its tracer must be in the layout `compact`.
+    /// Brings a renderer to a device, with waves of at most `capacity` paths, fewer where memory does not suffice. Its tracer must be
+    /// in the layout `compact`.
     ///
     /// # Errors
     /// The integrator is `whitted`, the scene is in a store, a binding is too small for it, or memory does not suffice.
@@ -262,7 +267,7 @@ impl<'r> DeviceRenderer<'r> {
 
     fn download_samples(&self, recording: &mut Recording, buffers: &Buffers) -> Download {
         let capacity = u64::from(self.wave.capacity);
-        let words = u64::from(PATH_FIELDS - SAMPLE_FIELDS) * capacity;
+        let words = SAMPLE_WORDS * capacity;
         let samples = recording.buffer("samples", words);
         recording.copy(buffers.paths, u64::from(SAMPLE_FIELDS) * capacity, samples, words);
         recording.download(samples, words)
@@ -277,14 +282,31 @@ impl Drop for DeviceRenderer<'_> {
 }
 
 impl Wave {
-    fn new(executor: &mut Executor, capacity: u32) -> Result<Self, GpuError> {
+    /// Room for at most `most` paths, fewer where memory does not suffice.
+    fn new(executor: &mut Executor, most: u32) -> Result<Self, GpuError> {
+        let fitting = executor.adapter().limits.binding_bytes / (4 * u64::from(PATH_FIELDS));
+        let mut capacity = most.clamp(1, u32::try_from(fitting).unwrap_or(u32::MAX).max(1));
+        loop {
+            match Self::of(executor, capacity) {
+                Err(GpuError::OutOfMemory { .. }) if capacity > LEAST_WAVE => capacity /= 2,
+                wave => return wave,
+            }
+        }
+    }
+
+    fn of(executor: &mut Executor, capacity: u32) -> Result<Self, GpuError> {
         let bytes = 4 * u64::from(capacity);
-        let paths = executor.allocate("paths", u64::from(PATH_FIELDS) * bytes)?;
-        let queues = executor.allocate("queues", QUEUES * bytes).inspect_err(|_| executor.release(paths))?;
-        let tails = executor.allocate("tails", 4 * TAILS).inspect_err(|_| {
-            executor.release(paths);
-            executor.release(queues);
-        })?;
+        let mut kept = [Resident::NOTHING; 4];
+        // The last is room for samples on their way back.
+        let sizes = [u64::from(PATH_FIELDS) * bytes, QUEUES * bytes, 4 * TAILS, 2 * SAMPLE_WORDS * bytes];
+        for (i, (label, bytes)) in ["paths", "queues", "tails", "samples"].into_iter().zip(sizes).enumerate()
+        {
+            let done = executor.allocate(label, bytes);
+            kept[i] =
+                done.inspect_err(|_| kept.into_iter().for_each(|resident| executor.release(resident)))?;
+        }
+        let [paths, queues, tails, room] = kept;
+        executor.release(room);
         Ok(Self { capacity, paths, queues, tails })
     }
 

@@ -186,6 +186,20 @@ fn pictures_do_not_depend_on_how_waves_are_cut() {
 }
 
 #[test]
+fn waves_shrink_to_the_memory_that_there_is() {
+    let Some(mut shared) = software() else { return };
+    let scene = demo("cornell", None);
+    let settings = RenderSettings { width: 100, height: 60, ..settings(&scene) };
+    let whole = on_device(&mut shared, &scene, &settings, (2, 20_000));
+    drop(shared);
+    let device = Drivers::load().open(DeviceChoice::Software).expect("as before");
+    let config = ExecutorConfig { budget_bytes: 8 << 20, ..ExecutorConfig::default() };
+    let mut small = Executor::new(device, config);
+    let cut = on_device(&mut small, &scene, &settings, (2, 1 << 20));
+    assert!(cut == whole && small.held_bytes() <= 8 << 20, "{}", small.held_bytes());
+}
+
+#[test]
 fn what_cannot_be_rendered_is_an_error_and_leaves_nothing() {
     let Some(shared) = software() else { return };
     drop(shared);
