@@ -234,6 +234,30 @@ fn a_build_has_few_dispatches_besides_its_sort() {
     assert!(matches!(error, GpuError::Limit { .. }), "{error}");
 }
 
+#[test]
+fn codes_are_those_of_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    for (name, boxes) in cases().into_iter().filter(|(_, boxes)| !boxes.is_empty()) {
+        let (mut recording, n) = (Recording::new(), boxes.len() as u32);
+        let input = recording.upload("boxes", &words(&boxes));
+        let found = build::codes::record(&mut recording, input, n).expect("few");
+        let extents = recording.download(found.extents, 6);
+        let keys = recording.download(found.pairs.keys, n.into());
+        let numbers = found.pairs.payloads.map(|numbers| recording.download(numbers, n.into()));
+        let results = executor.run(&recording).expect("runs");
+        let ([min, max], expected) = codes(&boxes);
+        assert!(results.words(keys) == expected, "{name}");
+        assert!(results.words(numbers.expect("some")).into_iter().eq(0..n), "{name}");
+        let around = [min, max].map(|p| p.to_array()).concat();
+        let found: Vec<f32> = results
+            .words(extents)
+            .iter()
+            .map(|&word| f32::from_bits(if word >> 31 == 0 { !word } else { word ^ 1 << 31 }))
+            .collect();
+        assert!(found == around, "{name}");
+    }
+}
+
 /// Corners of triangles, some of them odd.
 fn corners(n: usize) -> Vec<Vec3> {
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3e38, -0.0, 1e-40];
