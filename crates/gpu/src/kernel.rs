@@ -85,6 +85,9 @@ const SHARED: &[(&str, &str)] = &[
     ("frame", include_str!("wgsl/shared/path/frame.wgsl")),
     ("group", include_str!("wgsl/shared/group.wgsl")),
     ("group_scan", include_str!("wgsl/shared/group_scan.wgsl")),
+    ("instance_ray", include_str!("wgsl/shared/instance_ray.wgsl")),
+    ("kd", include_str!("wgsl/shared/kd.wgsl")),
+    ("kd_leaf", include_str!("wgsl/shared/kd_leaf.wgsl")),
     ("layouts", include_str!("wgsl/shared/path/layouts.wgsl")),
     ("light_environment", include_str!("wgsl/shared/path/light_environment.wgsl")),
     ("light_grid", include_str!("wgsl/shared/path/light_grid.wgsl")),
@@ -104,6 +107,8 @@ const SHARED: &[(&str, &str)] = &[
     ("page", include_str!("wgsl/shared/page.wgsl")),
     ("path_rays", include_str!("wgsl/shared/path/path_rays.wgsl")),
     ("path_state", include_str!("wgsl/shared/path/path_state.wgsl")),
+    ("path_start", include_str!("wgsl/shared/path/path_start.wgsl")),
+    ("phong", include_str!("wgsl/shared/path/phong.wgsl")),
     ("pyramid", include_str!("wgsl/shared/pyramid.wgsl")),
     ("queue", include_str!("wgsl/shared/queue.wgsl")),
     ("radix", include_str!("wgsl/shared/radix.wgsl")),
@@ -118,7 +123,13 @@ const SHARED: &[(&str, &str)] = &[
     ("select_count", include_str!("wgsl/shared/select_count.wgsl")),
     ("select_emit", include_str!("wgsl/shared/select_emit.wgsl")),
     ("settled", include_str!("wgsl/shared/settled.wgsl")),
+    ("shading", include_str!("wgsl/shared/path/shading.wgsl")),
     ("splits", include_str!("wgsl/shared/splits.wgsl")),
+    ("stream_leaf", include_str!("wgsl/shared/path/stream_leaf.wgsl")),
+    ("stream_put", include_str!("wgsl/shared/path/stream_put.wgsl")),
+    ("stream_state", include_str!("wgsl/shared/path/stream_state.wgsl")),
+    ("stream_sum", include_str!("wgsl/shared/path/stream_sum.wgsl")),
+    ("stream_walk", include_str!("wgsl/shared/path/stream_walk.wgsl")),
     ("surface", include_str!("wgsl/shared/path/surface.wgsl")),
     ("table_access", include_str!("wgsl/shared/path/table_access.wgsl")),
     ("tables", include_str!("wgsl/shared/path/tables.wgsl")),
@@ -137,7 +148,8 @@ const SHARED: &[(&str, &str)] = &[
 /// Every kernel.
 #[must_use]
 pub fn all() -> Vec<&'static Kernel> {
-    [&primitives::KERNELS[..], &trace::KERNELS, &path::KERNELS, &build::KERNELS].concat()
+    [&primitives::KERNELS[..], &trace::KERNELS, &path::KERNELS, &path::STREAM_KERNELS, &build::KERNELS]
+        .concat()
 }
 
 impl Kernel {

@@ -9,7 +9,8 @@
 use crate::mesh::MeshTree;
 use crate::{TraceError, Tracer};
 use vastlight_accel::compact::CompactMesh;
-use vastlight_accel::wide::{ChildRef, InstanceNodes, Node8, WideNode};
+use vastlight_accel::kdtree::KdNode;
+use vastlight_accel::wide::{Block8, ChildRef, InstanceNodes, Node8, WideNode};
 
 /// Words of a node.
 pub const NODE_WORDS: usize = size_of::<Node8>() / 4;
@@ -18,6 +19,10 @@ pub const LEAF: u32 = 1 << 31;
 /// Words of an instance: the rows of the map from the world to its mesh's scaled space, the mesh's root and largest
 /// coordinate, whether the map changes nothing, and whether rays may pass its surfaces.
 pub const INSTANCE_WORDS: usize = 16;
+/// Words of a node of a kd-tree.
+pub const KD_NODE_WORDS: usize = size_of::<KdNode>() / 4;
+/// Words of a block of eight triangles in the leaves of kd-trees.
+pub const KD_BLOCK_WORDS: usize = size_of::<Block8>() / 4;
 
 /// What stands where in the header.
 pub mod header {
@@ -31,6 +36,10 @@ pub mod header {
     pub const EXTENT: usize = 3;
     /// How much wider margins of the world's boxes are than those of a mesh, as the bits of an f32.
     pub const MARGIN: usize = 4;
+    /// Of threaded kd-trees: the word where the numbers of instances in leaves begin.
+    pub const ITEMS: usize = 5;
+    /// Of threaded kd-trees: the word where the boxes of instances begin, six words each.
+    pub const BOXES: usize = 6;
 }
 
 /// See the module.
@@ -38,9 +47,9 @@ pub mod header {
 pub struct TracerWords {
     /// Nodes and instances.
     pub tree: Vec<u32>,
-    /// All pages.
+    /// All pages, or the blocks of triangles in the leaves of kd-trees.
     pub pages: Vec<u32>,
-    /// Nodes on the longest way from the root to a leaf of a page.
+    /// Nodes on the longest way from the root to a leaf of a page, for the stack of a walk; 0 where it needs none.
     pub levels: usize,
 }
 
@@ -74,12 +83,7 @@ impl Tracer {
             };
             roots.push((push_mesh(&mut tree, mesh, &starts)?, mesh.extent));
         }
-        tree[header::ROOT] = root;
-        tree[header::INSTANCES] = tree.len() as u32;
-        tree[header::COUNT] = self.places.len() as u32;
-        tree[header::EXTENT] = self.places.extent.to_bits();
-        tree[header::MARGIN] = self.places.margin_factor.to_bits();
-        self.push_instances(&mut tree, &roots);
+        self.put_instances(&mut tree, root, &roots);
         let deepest = self.meshes.iter().map(MeshTree::levels).max().unwrap_or(0);
         Ok(TracerWords { tree, pages, levels: self.top.levels + deepest })
     }
@@ -100,7 +104,13 @@ impl Tracer {
         Ok((words, starts))
     }
 
-    fn push_instances(&self, tree: &mut Vec<u32>, roots: &[(u32, f32)]) {
+    /// Fills in the header, and appends the instances; `roots` has each mesh's root and largest coordinate.
+    pub(crate) fn put_instances(&self, tree: &mut Vec<u32>, root: u32, roots: &[(u32, f32)]) {
+        tree[header::ROOT] = root;
+        tree[header::INSTANCES] = tree.len() as u32;
+        tree[header::COUNT] = self.places.len() as u32;
+        tree[header::EXTENT] = self.places.extent.to_bits();
+        tree[header::MARGIN] = self.places.margin_factor.to_bits();
         let mut room = None;
         for number in 0..self.places.len() {
             let Some(placed) = self.places.get(number, &mut room) else { continue };

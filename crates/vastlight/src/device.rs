@@ -2,10 +2,12 @@
 
 use crate::{Error, OpenScene, RenderRequest};
 use std::sync::{Mutex, PoisonError};
+use vastlight_accel::kdtree::KdKind;
 use vastlight_gpu::path::{DeviceRenderer, kernels};
 use vastlight_gpu::{
     AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError,
 };
+use vastlight_trace::{Layout, TracerConfig};
 use vastlight_transport::{Integrator, RenderStats, Renderer, SampleSink, Tile};
 
 /// Where to render.
@@ -46,12 +48,12 @@ impl DeviceRequest {
     ///
     /// # Errors
     /// The adapter that was asked for is not there or not usable.
-    pub(crate) fn open(&self, open: &OpenScene, request: &RenderRequest) -> Result<Option<Executor>, Error> {
+    pub(crate) fn open(&self, open: &OpenScene) -> Result<Option<Executor>, Error> {
         let choice = match self.device {
             Device::Cpu => return Ok(None),
             Device::Gpu(None) => DeviceChoice::Any,
             Device::Gpu(Some(number)) => DeviceChoice::Index(number),
-            Device::Auto if !has_kernels(open, request) || !Drivers::may_have_hardware() => return Ok(None),
+            Device::Auto if open.stored.is_some() || !Drivers::may_have_hardware() => return Ok(None),
             Device::Auto => DeviceChoice::Hardware,
         };
         let device = match Drivers::load().open(choice) {
@@ -65,9 +67,15 @@ impl DeviceRequest {
     }
 }
 
-/// Whether there are kernels for a request.
-fn has_kernels(open: &OpenScene, request: &RenderRequest) -> bool {
-    open.stored.is_none() && request.settings.integrator != Integrator::Whitted
+/// The structures that the kernels of a request need: the stream tracer's threaded kd-trees, else pages. Hits do not depend on it.
+pub(crate) fn structures(request: &RenderRequest) -> TracerConfig {
+    let given = request.tracer.clone();
+    if request.settings.integrator != Integrator::Whitted {
+        return TracerConfig { layout: Layout::Compact, ..given };
+    }
+    let is_threaded = KdKind::from_name(&given.accel).is_some_and(|kind| !kind.stacked);
+    let accel = if is_threaded { given.accel.clone() } else { "kd-threaded".to_owned() };
+    TracerConfig { accel, layout: Layout::default(), ..given }
 }
 
 /// Where tiles are rendered, which decides how large they are.
@@ -99,7 +107,7 @@ impl<'r> Worker<'r> {
         renderer: &'r Renderer<'r>,
         progress: &mut dyn FnMut(CompileProgress),
     ) -> Result<Self, Error> {
-        executor.prepare(kernels(), progress)?;
+        executor.prepare(kernels(renderer.settings().integrator), progress)?;
         let software = executor.adapter().kind == AdapterKind::Software;
         let capacity = if software { WAVE_IN_SOFTWARE } else { WAVE_ON_CARD };
         Ok(Self::Gpu(Mutex::new(DeviceRenderer::new(executor, renderer, capacity)?)))

@@ -1,6 +1,6 @@
 //! The render loop: passes over tiles over threads, until the samples, the time or the patience end.
 
-use crate::device::{Device, DeviceRequest, Tiles, Worker};
+use crate::device::{Device, DeviceRequest, Tiles, Worker, structures};
 use crate::ids::Ids;
 use crate::paged::PagingRequest;
 use crate::passes::PassSchedule;
@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
 use vastlight_gpu::{CompileProgress, Executor};
-use vastlight_trace::{Layout, Tracer, TracerConfig};
+use vastlight_trace::{Tracer, TracerConfig};
 use vastlight_transport::{Lights, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile};
 
 /// What to render.
@@ -147,9 +147,8 @@ fn on_graphics_processor(
     request: &RenderRequest,
     control: &Control<'_>,
 ) -> Result<Option<Rendered>, Error> {
-    let Some(mut executor) = request.device.open(open, request)? else { return Ok(None) };
-    let tracer = TracerConfig { layout: Layout::Compact, ..request.tracer.clone() };
-    let request = RenderRequest { tracer, ..request.clone() };
+    let Some(mut executor) = request.device.open(open)? else { return Ok(None) };
+    let request = RenderRequest { tracer: structures(request), ..request.clone() };
     render_with(open, &request, control, Some(&mut executor)).map(Some)
 }
 

@@ -6,8 +6,10 @@
 //! alone, not on how waves are cut nor on the order in which workgroups run.
 
 mod scene;
+mod stream;
 
 pub use scene::DeviceScene;
+use stream::Streams;
 
 use crate::error::GpuError;
 use crate::kernel::{Kernel, device_struct, kernel};
@@ -70,11 +72,12 @@ kernel!(pub(crate) SHADOW_SETTLED = "path_shadow_settled", SettledParameters, 8)
 /// Every kernel of this module.
 pub(crate) static KERNELS: [&Kernel; 7] =
     [&GENERATE, &NEXT, &CLOSEST, &CLOSEST_SETTLED, &SHADE, &SHADOW, &SHADOW_SETTLED];
+pub(crate) use stream::KERNELS as STREAM_KERNELS;
 
-/// The path tracer's kernels, to be compiled ahead of their use.
+/// The kernels of an integrator, to be compiled ahead of their use.
 #[must_use]
-pub fn kernels() -> &'static [&'static Kernel] {
-    &KERNELS
+pub fn kernels(integrator: Integrator) -> &'static [&'static Kernel] {
+    if integrator == Integrator::Whitted { &stream::OWN_KERNELS } else { &KERNELS }
 }
 
 /// Renders tiles of one picture on a device, one after the other.
@@ -84,6 +87,8 @@ pub struct DeviceRenderer<'r> {
     renderer: &'r Renderer<'r>,
     scene: DeviceScene,
     wave: Wave,
+    /// Samples that are rendered at once.
+    at_once: u32,
 }
 
 /// Paths in flight, on the device.
@@ -94,25 +99,26 @@ struct Wave {
     paths: Resident,
     queues: Resident,
     tails: Resident,
+    /// Rays of the stream tracer; next to nothing for the others.
+    rays: Resident,
+    streams: Option<Streams>,
 }
 
 impl<'r> DeviceRenderer<'r> {
     /// Brings a renderer to a device, with waves of at most `capacity` paths, fewer where memory does not suffice. Its tracer must be
-    /// in the layout `compact`.
+    /// in the layout `compact`, or for the integrator `whitted` have threaded kd-trees.
     ///
     /// # Errors
-    /// The integrator is `whitted`, the scene is in a store, a binding is too small for it, or memory does not suffice.
+    /// The tracer is another one, the scene is in a store, a binding is too small for it, or memory does not suffice.
     pub fn new(
         executor: &'r mut Executor,
         renderer: &'r Renderer<'r>,
         capacity: u32,
     ) -> Result<Self, GpuError> {
-        if renderer.settings().integrator == Integrator::Whitted {
-            return Err(GpuError::Scene { reason: "whitted has no kernels".to_owned() });
-        }
+        let is_stream = renderer.settings().integrator == Integrator::Whitted;
         let scene = DeviceScene::new(executor, renderer)?;
-        let wave = Wave::new(executor, capacity).inspect_err(|_| scene.release(executor))?;
-        Ok(Self { executor, renderer, scene, wave })
+        let wave = Wave::new(executor, capacity, is_stream).inspect_err(|_| scene.release(executor))?;
+        Ok(Self { executor, renderer, scene, wave, at_once: wave.capacity })
     }
 
     /// Renders the samples numbered `samples` of every pixel of `tile`; see [`Renderer::render_tile`].
@@ -128,24 +134,40 @@ impl<'r> DeviceRenderer<'r> {
         let pixels: Vec<[u32; 2]> = pixel_order(tile).collect();
         let (each, mut stats) = (samples.len() as u64, RenderStats::default());
         let all = pixels.len() as u64 * each;
-        // Whole pixels, or parts of one.
-        let pixels_at_once = (u64::from(self.wave.capacity) / each.max(1)).max(1);
         let mut first = 0;
         while first < all {
+            // Whole pixels, or parts of one.
+            let pixels_at_once = (u64::from(self.at_once) / each.max(1)).max(1);
             let pixel = (first / each) as usize;
             let here = &pixels[pixel..pixels.len().min(pixel + pixels_at_once as usize)];
             let start = first % each;
-            let count = (here.len() as u64 * each - start).min(self.wave.capacity.into());
+            let count = (here.len() as u64 * each - start).min(self.at_once.into());
             let paths =
                 Starts { pixels: here, samples: samples.clone(), first: start as u32, count: count as u32 };
-            self.run(&paths, &mut stats, sink)?;
-            first += count;
+            if self.run(&paths, &mut stats, sink)? {
+                first += count;
+            } else {
+                self.at_once = count as u32 / 2;
+            }
         }
         Ok(stats)
     }
 
-    /// Follows a wave of paths to their end.
+    /// Renders a wave of samples; false where it has to be a smaller one.
     fn run(
+        &mut self,
+        starts: &Starts<'_>,
+        stats: &mut RenderStats,
+        sink: &mut impl SampleSink,
+    ) -> Result<bool, GpuError> {
+        match self.wave.streams {
+            None => self.run_paths(starts, stats, sink).map(|()| true),
+            Some(streams) => self.run_streams(streams, starts, stats, sink),
+        }
+    }
+
+    /// Follows a wave of paths to their end.
+    fn run_paths(
         &mut self,
         starts: &Starts<'_>,
         stats: &mut RenderStats,
@@ -166,7 +188,8 @@ impl<'r> DeviceRenderer<'r> {
             let tails = results.words(tails);
             depth = last;
             if tails.get((1 - depth % 2) as usize).is_none_or(|&left| left == 0) || self.is_single() {
-                hand_over(&results.words(samples), self.wave.capacity, starts, stats, sink);
+                let (words, capacity) = (results.words(samples), self.wave.capacity);
+                hand_over(|slot| sample_in(&words, capacity, slot), starts, stats, sink);
                 break tails;
             }
             recording = Recording::new();
@@ -187,19 +210,24 @@ impl<'r> DeviceRenderer<'r> {
         if self.is_single() { 1 } else { SEGMENTS.min(self.renderer.settings().max_depth.max(1)) }
     }
 
-    fn start(&self, recording: &mut Recording, buffers: &Buffers, starts: &Starts<'_>) {
-        let pixels = recording.upload("pixels", starts.pixels);
-        let mut tails = [0_u32; TAILS as usize];
-        tails[0] = starts.count;
-        recording.write(buffers.tails, bytemuck::cast_slice(&tails).to_vec());
-        let parameters = GenerateParameters {
+    /// The start of a wave: what `GENERATE` is told.
+    fn generate_parameters(&self, starts: &Starts<'_>) -> GenerateParameters {
+        GenerateParameters {
             capacity: self.wave.capacity,
             count: starts.count,
             first: starts.first,
             samples: starts.samples.len() as u32,
             first_sample: starts.samples.start,
             seed: self.renderer.settings().seed,
-        };
+        }
+    }
+
+    fn start(&self, recording: &mut Recording, buffers: &Buffers, starts: &Starts<'_>) {
+        let pixels = recording.upload("pixels", starts.pixels);
+        let mut tails = [0_u32; TAILS as usize];
+        tails[0] = starts.count;
+        recording.write(buffers.tails, bytemuck::cast_slice(&tails).to_vec());
+        let parameters = self.generate_parameters(starts);
         let all = [buffers.tables, pixels, buffers.paths, buffers.queues];
         recording.dispatch(&GENERATE, &parameters, &all, Groups::Direct(starts.count.div_ceil(GROUP)));
     }
@@ -283,35 +311,46 @@ impl Drop for DeviceRenderer<'_> {
 
 impl Wave {
     /// Room for at most `most` paths, fewer where memory does not suffice.
-    fn new(executor: &mut Executor, most: u32) -> Result<Self, GpuError> {
+    fn new(executor: &mut Executor, most: u32, is_stream: bool) -> Result<Self, GpuError> {
         let fitting = executor.adapter().limits.binding_bytes / (4 * u64::from(PATH_FIELDS));
         let mut capacity = most.clamp(1, u32::try_from(fitting).unwrap_or(u32::MAX).max(1));
         loop {
-            match Self::of(executor, capacity) {
+            match Self::of(executor, capacity, is_stream) {
                 Err(GpuError::OutOfMemory { .. }) if capacity > LEAST_WAVE => capacity /= 2,
                 wave => return wave,
             }
         }
     }
 
-    fn of(executor: &mut Executor, capacity: u32) -> Result<Self, GpuError> {
-        let bytes = 4 * u64::from(capacity);
-        let mut kept = [Resident::NOTHING; 4];
+    fn of(executor: &mut Executor, capacity: u32, is_stream: bool) -> Result<Self, GpuError> {
+        let all = u64::from(capacity);
+        let slots = if is_stream { Streams::slots(capacity) } else { capacity };
+        let (tails, rays) =
+            if is_stream { (Streams::tail_words(capacity), Streams::ray_words(slots)) } else { (TAILS, 0) };
+        let mut kept = [Resident::NOTHING; 5];
         // The last is room for samples on their way back.
-        let sizes = [u64::from(PATH_FIELDS) * bytes, QUEUES * bytes, 4 * TAILS, 2 * SAMPLE_WORDS * bytes];
-        for (i, (label, bytes)) in ["paths", "queues", "tails", "samples"].into_iter().zip(sizes).enumerate()
-        {
-            let done = executor.allocate(label, bytes);
+        let words = [
+            u64::from(PATH_FIELDS) * all,
+            QUEUES * u64::from(slots),
+            tails,
+            rays.max(1),
+            2 * SAMPLE_WORDS * all,
+        ];
+        let labels = ["paths", "queues", "tails", "rays", "samples"];
+        for (i, (label, words)) in labels.into_iter().zip(words).enumerate() {
+            let done = executor.allocate(label, 4 * words);
             kept[i] =
                 done.inspect_err(|_| kept.into_iter().for_each(|resident| executor.release(resident)))?;
         }
-        let [paths, queues, tails, room] = kept;
+        let [paths, queues, tails, rays, room] = kept;
         executor.release(room);
-        Ok(Self { capacity, paths, queues, tails })
+        let streams = is_stream.then_some(Streams { slots });
+        Ok(Self { capacity, paths, queues, tails, rays, streams })
     }
 
     fn release(&self, executor: &mut Executor) {
-        [self.paths, self.queues, self.tails].into_iter().for_each(|resident| executor.release(resident));
+        let all = [self.paths, self.queues, self.tails, self.rays];
+        all.into_iter().for_each(|resident| executor.release(resident));
     }
 }
 
@@ -356,24 +395,27 @@ struct Starts<'p> {
     count: u32,
 }
 
-/// Hands the samples of a wave to the film.
+/// Hands the samples of a wave, by slot, to the film.
 fn hand_over(
-    words: &[u32],
-    capacity: u32,
+    sample: impl Fn(usize) -> Sample,
     starts: &Starts<'_>,
     stats: &mut RenderStats,
     sink: &mut impl SampleSink,
 ) {
     let each = starts.samples.len();
     for slot in 0..starts.count as usize {
-        let word = |field: usize| words.get(field * capacity as usize + slot).copied().unwrap_or(0);
-        let sample = sample_of(word);
+        let sample = sample(slot);
         match starts.pixels.get((starts.first as usize + slot) / each) {
             Some(&pixel) if sample.is_finite() => sink.add(pixel, &sample),
             _ => stats.non_finite += 1,
         }
     }
     stats.samples += u64::from(starts.count);
+}
+
+/// The sample in a slot of the words of a wave.
+fn sample_in(words: &[u32], capacity: u32, slot: usize) -> Sample {
+    sample_of(|field| words.get(field * capacity as usize + slot).copied().unwrap_or(0))
 }
 
 fn sample_of(word: impl Fn(usize) -> u32) -> Sample {

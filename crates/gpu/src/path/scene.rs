@@ -4,7 +4,7 @@ use crate::error::GpuError;
 use crate::recording::Resident;
 use crate::run::Executor;
 use crate::trace::DeviceTracer;
-use vastlight_transport::Renderer;
+use vastlight_transport::{Integrator, Renderer};
 
 /// A scene on the device.
 #[derive(Clone, Copy, Debug)]
@@ -20,13 +20,20 @@ impl DeviceScene {
     /// Brings what a renderer knows to the device.
     ///
     /// # Errors
-    /// The scene is in a store, its tracer not in the layout `compact`, a binding too small for it, or memory does not
+    /// The scene is in a store, its tracer not in the layout `compact` (of the integrator `whitted`, not over threaded kd-trees), a binding too small for it, or memory does not
     /// suffice; then nothing stays.
     pub fn new(executor: &mut Executor, renderer: &Renderer<'_>) -> Result<Self, GpuError> {
         let refused = |reason: String| GpuError::Scene { reason };
-        let mut traced = renderer.tracer().words().map_err(|e| refused(e.to_string()))?;
         let words = renderer.words().map_err(|e| refused(e.to_string()))?;
-        traced.set_veils(|instance| words.is_veiled(instance));
+        let is_stream = renderer.settings().integrator == Integrator::Whitted;
+        let tracer = renderer.tracer();
+        let traced = if is_stream { tracer.threaded_words() } else { tracer.words() };
+        let mut traced = traced.map_err(|e| refused(e.to_string()))?;
+        if is_stream {
+            traced.set_veils(|instance| words.is_veiled_to_whitted(instance));
+        } else {
+            traced.set_veils(|instance| words.is_veiled(instance));
+        }
         let tracer = DeviceTracer::new(executor, &traced)?;
         drop(traced);
         let kept = executor.keep_all([

@@ -1,10 +1,9 @@
 // Shades what the paths' rays met, one segment at a time, as in `vastlight-transport`, `path`, `primary` and `ao`: emission with
 // multiple importance sampling, a light for each vertex and its shadow ray, the next direction, roulette.
 //#include lights
-//#include path_state
 //#include queue
 //#include random
-//#include vertex
+//#include shading
 //#include warp
 
 struct Parameters {
@@ -39,10 +38,7 @@ const SAMPLING_LIGHT: u32 = 2u;
 const ROULETTE_DEPTH: u32 = 4u;
 const MAX_PANES: u32 = 32u;
 const ROULETTE_MAX: f32 = 0.95;
-/// Shortens shadow rays so that they do not meet the light itself.
-const SHADOW_SHORTENING: f32 = 1e-4;
 const WAVELENGTH_DIMENSION: u32 = 3u;
-const CAMERA_DIMENSIONS: u32 = 4u;
 const VERTEX_DIMENSIONS: u32 = 5u;
 const RANDOM_POINTS: u32 = VERTEX_DIMENSIONS + 1u;
 const RANDOM_LIGHT: u32 = 0u;
@@ -174,22 +170,6 @@ fn absorption(path: ptr<function, Path>, vertex: ptr<function, Vertex>, distance
     return vec3<f32>(1.0);
 }
 
-/// Fills in what a sample says about its first surface.
-fn describe(slot: u32, vertex: ptr<function, Vertex>, bsdf: Bsdf, direction: vec3<f32>, met: Meeting) {
-    var albedo = bsdf_albedo(bsdf);
-    if (((*vertex).evaluated.flags & FLAG_UNLIT) != 0u) {
-        albedo = clamp((*vertex).evaluated.emission, vec3<f32>(0.0), vec3<f32>(1.0));
-    }
-    put_vec3(SAMPLE_ALBEDO, slot, albedo);
-    put_vec3(SAMPLE_NORMAL, slot, vertex_facing_normal(vertex));
-    put_vec3(SAMPLE_POSITION, slot, (*vertex).surface.position);
-    let axis = table_vec3(tables[TABLES_CAMERA] + CAMERA_AXIS);
-    put_f32(SAMPLE_DEPTH, slot, met.t * dot(direction, axis));
-    put_f32(SAMPLE_COVERAGE, slot, 1.0);
-    put_word(SAMPLE_OBJECT, slot, met.instance);
-    put_word(SAMPLE_MATERIAL, slot, (*vertex).material);
-}
-
 fn put_shadow(path: ptr<function, Path>, start: vec3<f32>, direction: vec3<f32>, length: f32, radiance: vec3<f32>) {
     let slot = (*path).slot;
     put_vec3(PATH_SHADOW_ORIGIN, slot, start);
@@ -223,10 +203,7 @@ fn connect(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf: Bsdf,
     if (medium != NO_MEDIUM && light.distance < PATH_FAR) {
         radiance *= transmittance(medium_attenuation(medium), light.distance);
     }
-    var length = PATH_FAR;
-    if (light.distance < PATH_FAR) {
-        length = light.distance * (1.0 - SHADOW_SHORTENING) - 2.0 * (*vertex).surface.offset;
-    }
+    let length = shadow_length(vertex, light.distance);
     if (length > 0.0) {
         put_shadow(path, surface_origin((*vertex).surface, light.wi), light.wi, length, radiance);
     }
@@ -374,24 +351,6 @@ fn shade(path: ptr<function, Path>) {
     } else {
         scatter(path, &vertex, bsdf, met);
     }
-}
-
-/// What a triangle emits at a point of it, times its coverage.
-fn textured_emission(instance: u32, prim: u32, weights: vec2<f32>) -> vec3<f32> {
-    let mesh = mesh_record(instance);
-    let material = material_of(material_of_triangle(mesh, prim));
-    if ((tables[material] & FLAG_UNLIT) != 0u) {
-        return vec3<f32>(0.0);
-    }
-    let whole = vec3<f32>(1.0 - weights.x - weights.y, weights);
-    var point = surface_point(mesh, corners_of(mesh, prim), whole, tables[material + MATERIAL_UV_SETS]);
-    var value = vec4<f32>(0.0);
-    var emission = vec3<f32>(0.0);
-    for (var i = 0u; i < 2u; i++) {
-        value = material_input(material, select(INPUT_ALPHA, INPUT_EMISSION, i == 0u), &point);
-        emission = select(emission, value.xyz, i == 0u);
-    }
-    return emission * material_alpha(material, value, point.color);
 }
 
 @compute @workgroup_size(GROUP)

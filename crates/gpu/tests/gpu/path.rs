@@ -17,19 +17,29 @@ const TOLERANCE: f64 = 0.05;
 
 /// The sums of a picture's samples, row by row, and the last sample of each pixel.
 #[derive(Clone, PartialEq)]
-struct Picture {
-    radiance: Vec<Vec3>,
+pub(crate) struct Picture {
+    pub(crate) radiance: Vec<Vec3>,
     last: Vec<Sample>,
-    stats: RenderStats,
+    pub(crate) stats: RenderStats,
 }
 
-fn settings(scene: &Scene) -> RenderSettings {
+impl Picture {
+    /// Albedo, object and material of first surfaces.
+    pub(crate) fn first_surfaces(&self) -> impl Iterator<Item = (Vec3, u32, u32)> {
+        self.last.iter().map(|sample| (sample.albedo, sample.object, sample.material))
+    }
+}
+
+pub(crate) fn settings(scene: &Scene) -> RenderSettings {
     RenderSettings::new(scene.cameras()[0].clone(), 48, 27)
 }
 
-type Sink<'s> = &'s mut dyn FnMut([u32; 2], &Sample);
+pub(crate) type Sink<'s> = &'s mut dyn FnMut([u32; 2], &Sample);
 
-fn gather(settings: &RenderSettings, render: impl FnOnce(&mut Sink<'_>) -> RenderStats) -> Picture {
+pub(crate) fn gather(
+    settings: &RenderSettings,
+    render: impl FnOnce(&mut Sink<'_>) -> RenderStats,
+) -> Picture {
     let pixels = settings.region().pixels() as usize;
     let (mut radiance, mut last) = (vec![Vec3::ZERO; pixels], vec![Sample::MISS; pixels]);
     let mut add = |[x, y]: [u32; 2], sample: &Sample| {
@@ -76,7 +86,7 @@ fn on_device(
 }
 
 /// Mean squared difference of two pictures.
-fn difference(a: &Picture, b: &Picture) -> f64 {
+pub(crate) fn difference(a: &Picture, b: &Picture) -> f64 {
     let squares = a.radiance.iter().zip(&b.radiance).map(|(a, b)| f64::from((*a - *b).length_squared()));
     squares.sum::<f64>() / a.radiance.len() as f64
 }
@@ -226,7 +236,7 @@ fn what_cannot_be_rendered_is_an_error_and_leaves_nothing() {
 
 #[test]
 fn records_are_read_where_they_are_written() {
-    let text: String = kernels().iter().map(|kernel| kernel.wgsl()).collect();
+    let text: String = kernels(Integrator::Path).iter().map(|kernel| kernel.wgsl()).collect();
     let shade = |name: &str, value: usize| {
         let line = format!("const {name}: u32 = {value}u;");
         assert!(text.contains(&line), "{line}");

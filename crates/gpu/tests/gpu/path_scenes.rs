@@ -1,5 +1,6 @@
 //! Scenes for the path tracer on a device: demos, and two of quads with everything that demos have not.
 
+use std::f32::consts::PI;
 use vastlight_math::{Affine3, Quat, Vec2, Vec3, Vec4};
 use vastlight_scene::generate::{self, GenerateOptions};
 use vastlight_scene::{
@@ -194,6 +195,62 @@ pub(crate) fn materials() -> Scene {
     build.desc.lights = vec![
         light(LightKind::Spot { inner: 0.3, outer: 0.9 }, Vec3::new(0.0, 4.0, 3.0), Vec3::splat(60.0)),
         light(LightKind::Point, Vec3::new(-2.0, 2.0, 2.0), Vec3::new(10.0, 8.0, 6.0)),
+    ];
+    build.finish()
+}
+
+/// A ball of radius 1 with smooth normals.
+fn ball() -> Mesh {
+    let (rows, columns) = (12_u32, 24_u32);
+    let at = |row: u32, column: u32| {
+        let (down, around) = (row as f32 / rows as f32 * PI, column as f32 / columns as f32 * 2.0 * PI);
+        Vec3::new(down.sin() * around.sin(), down.cos(), down.sin() * around.cos())
+    };
+    let place = |row: u32, column: u32| row * columns + column % columns;
+    let cell = |i: u32| {
+        let (row, column) = (i / columns, i % columns);
+        let corner = |dr: u32, dc: u32| place(row + dr, column + dc);
+        [[corner(0, 0), corner(1, 0), corner(1, 1)], [corner(0, 0), corner(1, 1), corner(0, 1)]]
+    };
+    let positions: Vec<Vec3> = (0..(rows + 1) * columns).map(|i| at(i / columns, i % columns)).collect();
+    Mesh {
+        normals: positions.clone(),
+        positions,
+        triangles: (0..rows * columns).flat_map(cell).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// A glass ball with colour in it, light shut in by total reflection, mirrors that see each other, something half there and a
+/// pane, under lights without surface.
+pub(crate) fn mirrors() -> Scene {
+    let mut build = Build::new(Vec3::new(0.3, 0.4, 0.6));
+    build.desc.meshes.push(ball());
+    build.floor(Material { base_color: colored(0), ..Material::diffuse("floor", Vec3::ONE) });
+    let amber = Material {
+        attenuation_color: Vec3::new(0.9, 0.6, 0.3),
+        attenuation_distance: 0.8,
+        ..Material::glass("amber", 1.6, 0.0)
+    };
+    build.put(2, amber, stand(0.0, 0.6, 0.4, Vec3::splat(0.7)));
+    // From within, most ways end in total reflection.
+    build.put(2, Material::glass("heavy", 2.4, 0.05), stand(1.3, 0.9, 0.4, Vec3::new(0.4, 0.5, 0.3)));
+    let mirror = |tint| Material { double_sided: true, ..Material::metal("mirror", tint, 0.02) };
+    build.put(0, mirror(Vec3::new(0.9, 0.8, 0.7)), stand(-1.5, -0.4, 0.7, Vec3::new(0.7, 0.8, 1.0)));
+    build.put(0, mirror(Vec3::splat(0.9)), stand(1.5, -0.6, -0.7, Vec3::new(0.7, 0.8, 1.0)));
+    build.put(1, Material::metal("brass", Vec3::new(0.9, 0.7, 0.3), 0.25), stand(0.0, -1.6, 0.1, Vec3::ONE));
+    let half = Material {
+        alpha: ScalarInput { factor: 1.0, texture: Some((0, Channel::A)) },
+        alpha_mode: AlphaMode::Blend,
+        double_sided: true,
+        ..Material::diffuse("half", Vec3::new(0.7, 0.2, 0.2))
+    };
+    build.put(0, half, stand(-0.8, 1.1, 0.2, Vec3::splat(0.3)));
+    let pane = Material { thickness: 0.0, ..Material::glass("pane", 1.5, 0.0) };
+    build.put(0, pane, stand(0.6, 1.7, -0.3, Vec3::splat(0.3)));
+    build.desc.lights = vec![
+        light(LightKind::Point, Vec3::new(-1.0, 3.0, 2.0), Vec3::new(20.0, 18.0, 15.0)),
+        light(LightKind::Point, Vec3::new(2.0, 2.0, 1.5), Vec3::splat(8.0)),
     ];
     build.finish()
 }

@@ -12,7 +12,7 @@ use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
 use vastlight_trace::{AcceptAll, Hit, Layout, Tracer, TracerConfig};
 
 /// Numbers in [0, 1).
-fn noise(i: usize, salt: u32) -> f32 {
+pub(crate) fn noise(i: usize, salt: u32) -> f32 {
     unit_f32((hash_words(&[i as u32, salt]) >> 32) as u32)
 }
 
@@ -23,7 +23,7 @@ fn point(i: usize, salt: u32) -> Vec3 {
 }
 
 /// Separate triangles of this size, a power of two, by axis.
-fn soup(count: usize, size: Vec3) -> Mesh {
+pub(crate) fn soup(count: usize, size: Vec3) -> Mesh {
     let corner = |i: usize| point(i / 3, 1) + point(i, 10) * size;
     let triangle = |i: u32| [3 * i, 3 * i + 1, 3 * i + 2];
     Mesh {
@@ -34,7 +34,7 @@ fn soup(count: usize, size: Vec3) -> Mesh {
 }
 
 /// A bumpy sheet between -1 and 1 whose triangles share vertices; its rays go through edges and corners too.
-fn sheet(side: usize) -> Mesh {
+pub(crate) fn sheet(side: usize) -> Mesh {
     let at = |i: usize| i as f32 / 32.0 - 1.0;
     let height = |i: usize| ((i % side * 7 + i / side * 13) % 32) as f32 / 256.0;
     let quad = |i: usize| {
@@ -57,12 +57,12 @@ fn scene(meshes: Vec<Mesh>, places: &[(u32, Affine3)]) -> Scene {
         .expect("a scene")
 }
 
-fn alone(mesh: Mesh) -> Scene {
+pub(crate) fn alone(mesh: Mesh) -> Scene {
     scene(vec![mesh], &[(0, Affine3::IDENTITY)])
 }
 
 /// Many instances: turned, stretched, mirrored, and some in the same place.
-fn crowd() -> Scene {
+pub(crate) fn crowd() -> Scene {
     let place = |i: usize| {
         let turn = Quat::from_axis_angle(point(i, 30).normalize(), noise(i, 31) * 6.0);
         let size = Vec3::new(0.1 + noise(i, 32), 0.3, if i.is_multiple_of(3) { -0.4 } else { 0.4 });
@@ -75,7 +75,7 @@ fn crowd() -> Scene {
     scene(vec![sheet(65), soup(300, Vec3::splat(0.25))], &places)
 }
 
-fn tracer(scene: &Scene, layout: Layout) -> Tracer {
+pub(crate) fn tracer(scene: &Scene, layout: Layout) -> Tracer {
     Tracer::new(scene, &TracerConfig { layout, ..TracerConfig::default() }).expect("built")
 }
 
@@ -102,12 +102,12 @@ fn occluded(executor: &mut Executor, tracer: &DeviceTracer, rays: &[Ray]) -> Vec
     executor.run(&recording).expect("runs").words(blocked).iter().map(|&word| word == 1).collect()
 }
 
-fn ray(origin: Vec3, direction: Vec3) -> Ray {
+pub(crate) fn ray(origin: Vec3, direction: Vec3) -> Ray {
     Ray { origin, t_min: 0.0, direction, t_max: f32::INFINITY, time: 0.0 }
 }
 
 /// Rays from all over, into all directions, some along axes through lattice points, some short.
-fn rays(count: usize) -> Vec<Ray> {
+pub(crate) fn rays(count: usize) -> Vec<Ray> {
     let ray = |i: usize| match i % 8 {
         0 => ray(Vec3::new(point(i, 3).x, 3.0, point(i, 3).z), -Vec3::Y),
         1 => ray(Vec3::new((i % 64) as f32 / 32.0 - 1.0, 2.0, (i % 61) as f32 / 32.0 - 1.0), -Vec3::Y),
@@ -116,6 +116,13 @@ fn rays(count: usize) -> Vec<Ray> {
         _ => ray(point(i, 7) * 2.0, point(i, 9)),
     };
     (0..count).map(ray).collect()
+}
+
+/// Whether two hits are the same, up to rounding.
+pub(crate) fn same(expected: &Hit, found: &Hit) -> bool {
+    let near = |a: f32, b: f32| (a - b).abs() <= 1e-5 * a.abs().max(1e-2);
+    (expected.instance, expected.prim) == (found.instance, found.prim)
+        && (!expected.is_hit() || near(expected.t, found.t) && (expected.u - found.u).abs() < 1e-3)
 }
 
 /// How many answers differ, closest or occlusion, and how many rays hit.
@@ -128,10 +135,7 @@ fn differences(executor: &mut Executor, scene: &Scene, seen: &Scene, rays: &[Ray
     tracer(seen, Layout::Wide).closest(rays, &AcceptAll, &mut expected);
     let (mut differ, mut met) = (0, 0);
     for ((expected, found), &blocked) in expected.iter().zip(&found).zip(&blocked) {
-        let near = |a: f32, b: f32| (a - b).abs() <= 1e-5 * a.abs().max(1e-2);
-        let same = (expected.instance, expected.prim) == (found.instance, found.prim)
-            && (!expected.is_hit() || near(expected.t, found.t) && (expected.u - found.u).abs() < 1e-3);
-        differ += usize::from(!same) + usize::from(blocked != expected.is_hit());
+        differ += usize::from(!same(expected, found)) + usize::from(blocked != expected.is_hit());
         met += usize::from(expected.is_hit());
     }
     (differ, met)
@@ -158,10 +162,7 @@ fn hits_are_those_of_the_cpu() {
 }
 
 /// Rays almost in the planes of the triangles at which they aim.
-#[test]
-fn triangles_seen_edge_on_are_settled_as_on_the_cpu() {
-    let Some(mut executor) = software() else { return };
-    let scene = alone(soup(400, Vec3::ONE));
+pub(crate) fn edge_on(scene: &Scene) -> Vec<Ray> {
     let mesh = &scene.meshes()[0];
     let aimed = |i: usize| {
         let [a, b, c] = mesh.corners((i % 400) as u32);
@@ -170,7 +171,14 @@ fn triangles_seen_edge_on_are_settled_as_on_the_cpu() {
         let direction = along + normal * [1e-3, 1e-4, 1e-5, 1e-6][i / 400 % 4];
         ray(target - direction * noise(i, 5), direction)
     };
-    let rays: Vec<Ray> = (0..count()).map(aimed).collect();
+    (0..count()).map(aimed).collect()
+}
+
+#[test]
+fn triangles_seen_edge_on_are_settled_as_on_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    let scene = alone(soup(400, Vec3::ONE));
+    let rays = edge_on(&scene);
     let (differ, met) = differences(&mut executor, &scene, &scene, &rays);
     assert!(met > 10_000, "{met}");
     assert_eq!(differ, 0);

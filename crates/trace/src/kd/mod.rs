@@ -2,6 +2,7 @@
 
 mod scene;
 mod walk;
+mod words;
 
 pub(crate) use scene::KdScene;
 pub(crate) use walk::{KdBatch, Place, Threads, Walk};

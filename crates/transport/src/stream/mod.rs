@@ -20,6 +20,7 @@ mod shade;
 use crate::sample::{RenderStats, Sample};
 use crate::wavefront::{Batches, Context, Run};
 use records::{Load, Sum};
+pub(crate) use shade::is_clear;
 use shade::{Derived, StreamFilter};
 use vastlight_math::{Ray, Sampler};
 use vastlight_paging::PageError;

@@ -10,6 +10,7 @@ use crate::surface::mesh_of;
 use crate::vertex::Vertex;
 use crate::wavefront::{CAMERA_DIMENSIONS, Context};
 use vastlight_math::{Ray, Sampler, Vec3};
+use vastlight_scene::Material;
 use vastlight_trace::stream::StreamRay;
 use vastlight_trace::{Hit, HitFilter};
 
@@ -118,7 +119,11 @@ impl HitFilter for StreamFilter<'_> {
 impl StreamFilter<'_> {
     fn is_clear(&self, hit: &Hit) -> bool {
         let scene = self.context.scene;
-        let material = &scene.materials()[mesh_of(scene, hit).material_of(hit.prim) as usize];
-        material.transmission.factor * (1.0 - material.metallic.factor) > 0.5
+        is_clear(&scene.materials()[mesh_of(scene, hit).material_of(hit.prim) as usize])
     }
+}
+
+/// Whether shadow rays pass a material.
+pub(crate) fn is_clear(material: &Material) -> bool {
+    material.transmission.factor * (1.0 - material.metallic.factor) > 0.5
 }

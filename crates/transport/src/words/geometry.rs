@@ -2,6 +2,7 @@
 
 use super::Words;
 use crate::placement::Placements;
+use crate::stream::is_clear;
 use crate::veil::VeilIndex;
 use vastlight_math::Vec3;
 use vastlight_scene::{Mesh, Scene};
@@ -25,7 +26,7 @@ pub const UVS: usize = 5;
 pub const PARTS: usize = 9;
 /// How many parts there are.
 pub const PART_COUNT: usize = 10;
-/// 1 where rays may pass some of its surfaces.
+/// What rays may pass some of its surfaces: 1 any, 2 shadow rays of the integrator `whitted`, or both.
 pub const VEILED: usize = 11;
 
 /// Words of an instance.
@@ -56,11 +57,17 @@ pub(crate) fn put_meshes(tables: &mut Words, corners: &mut Words, scene: &Scene,
         put_corners(&mut records, corners, mesh);
         records.u32s(&[tables.offset(), mesh.parts.len() as u32]);
         mesh.parts.iter().for_each(|part| tables.u32s(&[part.first_triangle, part.material]));
-        records.u32(u32::from(veils.has_veils(number)));
+        records.u32(u32::from(veils.has_veils(number)) | u32::from(has_clear(scene, mesh)) << 1);
     }
     let first = tables.offset();
     tables.u32s(&records.finish());
     first
+}
+
+/// Whether shadow rays of `whitted` pass some surface of a mesh.
+fn has_clear(scene: &Scene, mesh: &Mesh) -> bool {
+    let clear = |material: u32| scene.materials().get(material as usize).is_some_and(is_clear);
+    if mesh.parts.is_empty() { clear(0) } else { mesh.parts.iter().any(|part| clear(part.material)) }
 }
 
 fn put_corners(record: &mut Words, corners: &mut Words, mesh: &Mesh) {

@@ -2,6 +2,7 @@
 
 use super::{Words, texture_number};
 use crate::material::Row;
+use crate::stream::is_clear;
 use vastlight_math::Vec3;
 use vastlight_scene::{AlphaMode, Channel, ColorInput, ScalarInput};
 
@@ -33,6 +34,8 @@ pub mod flags {
     pub const ANISOTROPY_TEXTURE: u32 = 1 << 10;
     /// The thickness of the film comes from a texture.
     pub const THICKNESS_TEXTURE: u32 = 1 << 11;
+    /// Shadow rays of the integrator `whitted` pass.
+    pub const CLEAR: u32 = 1 << 12;
 }
 /// Texture coordinate sets that are read.
 pub const UV_SETS: usize = 1;
@@ -183,6 +186,7 @@ fn bits(row: &Row<'_>) -> u32 {
         | bit(!m.unlit && m.clearcoat_normal_map.is_some(), flags::COAT_NORMAL_MAP)
         | bit(!m.unlit && m.anisotropy_texture.is_some(), flags::ANISOTROPY_TEXTURE)
         | bit(!m.unlit && m.iridescence_thickness_texture.is_some(), flags::THICKNESS_TEXTURE)
+        | bit(is_clear(m), flags::CLEAR)
 }
 
 fn inputs(row: &Row<'_>) -> [Input; ALL_INPUTS] {

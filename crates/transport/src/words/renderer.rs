@@ -71,10 +71,21 @@ impl RendererWords {
     /// Whether rays may pass surfaces of an instance.
     #[must_use]
     pub fn is_veiled(&self, instance: u32) -> bool {
+        self.passers(instance) & 1 != 0
+    }
+
+    /// The same of rays of the integrator `whitted`.
+    #[must_use]
+    pub fn is_veiled_to_whitted(&self, instance: u32) -> bool {
+        self.passers(instance) != 0
+    }
+
+    /// See [`geometry::VEILED`].
+    fn passers(&self, instance: u32) -> usize {
         let word = |at: usize| self.tables.get(at).copied().unwrap_or(0) as usize;
         let instance = word(tables::INSTANCES) + instance as usize * geometry::INSTANCE_WORDS;
         let mesh = word(tables::MESHES) + word(instance + geometry::MESH) * geometry::MESH_WORDS;
-        word(mesh + geometry::VEILED) == 1
+        word(mesh + geometry::VEILED)
     }
 
     fn check(self) -> Result<Self, WordsError> {

@@ -5,53 +5,18 @@
 // Who includes this has the bindings `tree` and `pages`, the part `settled` or `unsettled`, and a function `accepts` that says
 // whether a hit counts, of a surface that rays may pass or not.
 //#include page
-//#include ray
+//#include instance_ray
 
-const NONE: u32 = 0xffffffffu;
 /// In a reference: a leaf of the nodes in `tree`.
 const LEAF: u32 = 0x80000000u;
 const NODE_WORDS_OF_TREE: u32 = 64u;
-const INSTANCE_WORDS: u32 = 16u;
-const TREE_ROOT: u32 = 0u;
-const TREE_INSTANCES: u32 = 1u;
-const TREE_EXTENT: u32 = 3u;
-const TREE_MARGIN: u32 = 4u;
 const STACK: u32 = 192u;
-/// Parameters of rays that go on for ever.
-const FAR: f32 = 3e38;
-
-struct WorldRay {
-    origin: vec3<f32>,
-    t_min: f32,
-    direction: vec3<f32>,
-    t_max: f32,
-}
-
-/// Without `prim` a miss; `t` is then how far the ray goes.
-struct Hit {
-    t: f32,
-    u: f32,
-    v: f32,
-    instance: u32,
-    prim: u32,
-}
 
 /// References that wait, the nearest of a visit on top.
 struct Stack {
     nodes: array<u32, STACK>,
     enter: array<f32, STACK>,
     held: u32,
-}
-
-/// A ray in the space of an instance's mesh.
-struct MeshRay {
-    boxes: BoxRay,
-    triangles: TriangleRay,
-    t_min: f32,
-    t_max: f32,
-    t_scale: f32,
-    instance: u32,
-    veiled: bool,
 }
 
 /// Puts a reference in its place among those of this visit.
@@ -68,10 +33,6 @@ fn push(stack: ptr<function, Stack>, bottom: u32, node: u32, enter: f32) {
     }
     (*stack).nodes[place] = node;
     (*stack).enter[place] = enter;
-}
-
-fn tree_f32(at: u32) -> f32 {
-    return bitcast<f32>(tree[at]);
 }
 
 fn tree_corner(node: u32, side: u32, slot: u32) -> vec3<f32> {
@@ -116,25 +77,11 @@ fn visit_leaf(ray: ptr<function, MeshRay>, node: u32, run: u32, best: ptr<functi
         let b = page_vertex(cluster, corners_at + count + i);
         let c = page_vertex(cluster, corners_at + 2u * count + i);
         let met = triangle((*ray).triangles, a, b, c);
-        if (met.x == 0.0 || met.y < (*ray).t_min || met.y > (*ray).t_max) {
-            continue;
-        }
-        let hit = Hit(met.y * (*ray).t_scale, met.z, met.w, (*ray).instance, page_number(cluster, first + i));
-        if (met.y == (*ray).t_max && !comes_before(hit, *best)) {
-            continue;
-        }
-        if (accepts(hit, (*ray).veiled)) {
-            *best = hit;
-            (*ray).t_max = met.y;
-            found = true;
+        if (reaches(ray, met)) {
+            found = takes(ray, met, page_number(cluster, first + i), best) || found;
         }
     }
     return found;
-}
-
-/// Of hits at the same place the one with the least (instance, triangle) counts.
-fn comes_before(a: Hit, b: Hit) -> bool {
-    return a.instance < b.instance || (a.instance == b.instance && a.prim < b.prim);
 }
 
 /// What a slot of a node points to.
@@ -175,41 +122,16 @@ fn visit_page(ray: ptr<function, MeshRay>, node: u32, best: ptr<function, Hit>, 
     return found;
 }
 
-/// The product of a row of an instance's map with a vector.
-fn along_row(at: u32, v: vec3<f32>) -> f32 {
-    return tree_f32(at) * v.x + tree_f32(at + 1u) * v.y + tree_f32(at + 2u) * v.z;
-}
-
 /// Goes through an instance, all of it or with `any` until there is a hit; whether there was a closer one.
 fn cross_instance(
     world: WorldRay, instance: u32, any: bool, best: ptr<function, Hit>, stack: ptr<function, Stack>
 ) -> bool {
-    let at = tree[TREE_INSTANCES] + instance * INSTANCE_WORDS;
-    var origin = world.origin;
-    var direction = world.direction;
-    if (tree[at + 14u] == 0u) {
-        let moved = vec3<f32>(tree_f32(at + 3u), tree_f32(at + 7u), tree_f32(at + 11u));
-        origin = vec3<f32>(along_row(at, origin), along_row(at + 4u, origin), along_row(at + 8u, origin)) + moved;
-        direction =
-            vec3<f32>(along_row(at, direction), along_row(at + 4u, direction), along_row(at + 8u, direction));
-    }
-    let scaled = scaled_ray(origin, direction);
-    let root = tree[at + 12u];
-    if (!scaled.fits || root == NONE || largest(origin) > FARTHEST_FROM_MESH) {
+    var ray = mesh_ray(world, instance, (*best).t);
+    if (!ray.fits || ray.root == NONE) {
         return false;
     }
-    let extent = tree_f32(at + 13u);
-    var ray: MeshRay;
-    ray.boxes = box_ray(scaled, extent, 1.0);
-    ray.triangles = triangle_ray(scaled, ray.boxes, extent);
-    ray.t_min = world.t_min / scaled.t_scale;
-    ray.t_max = min((*best).t / scaled.t_scale, FAR);
-    ray.t_scale = scaled.t_scale;
-    ray.instance = instance;
-    ray.veiled = tree[at + 15u] != 0u;
-
     let floor = (*stack).held;
-    push(stack, floor, root, ray.t_min);
+    push(stack, floor, ray.root, ray.t_min);
     var found = false;
     while ((*stack).held > floor && !(found && any) && !ends_unsettled(any)) {
         (*stack).held--;
@@ -225,11 +147,6 @@ fn cross_instance(
     }
     (*stack).held = floor;
     return found;
-}
-
-/// Whether a walk ends since it met what it cannot judge: one for any hit goes on, since another may settle it.
-fn ends_unsettled(any: bool) -> bool {
-    return is_unsettled() && !any;
 }
 
 /// The closest hit of a ray, or with `any` one of its hits.

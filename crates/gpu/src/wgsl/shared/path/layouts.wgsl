@@ -32,6 +32,7 @@ const FLAG_NORMAL_MAP: u32 = 256u;
 const FLAG_COAT_NORMAL_MAP: u32 = 512u;
 const FLAG_ANISOTROPY_TEXTURE: u32 = 1024u;
 const FLAG_THICKNESS_TEXTURE: u32 = 2048u;
+const FLAG_CLEAR: u32 = 4096u;
 
 // A material's inputs.
 const INPUT_ALPHA: u32 = 0u;
