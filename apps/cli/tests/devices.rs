@@ -60,13 +60,16 @@ fn a_graphics_processor_renders_the_picture_of_the_cpu_and_is_named() {
 fn what_fails_on_a_graphics_processor_is_an_error_or_goes_on_on_the_cpu_with_a_warning() {
     let w = Workspace::new();
     let render = "render demo:cornell -r 16x9 --spp 1 -o a.exr --stats s.json";
-    for fails in ["--device gpu:99", "--device gpu --gpu-memory 1MiB", "--device gpu --integrator whitted"] {
+    assert_eq!(w.run("pack demo:cornell -o c.vls").code, 0);
+    let stored = w.run("render c.vls -r 16x9 --spp 1 -o a.exr --device gpu");
+    assert_eq!(stored.code, 5, "{}", stored.stderr);
+    for fails in ["--device gpu:99", "--device gpu --gpu-memory 1MiB"] {
         let outcome = w.run(&format!("{render} {fails}"));
         assert_eq!(
             (outcome.code, outcome.stderr.lines().last().map(|l| l.starts_with("error: "))),
             (5, Some(true))
         );
-        assert_eq!(w.files(), Vec::<String>::new(), "{fails}");
+        assert_eq!(w.files(), ["c.vls"], "{fails}");
     }
     for fails in ["--device gpu:99", "--device gpu --gpu-memory 1MiB"] {
         let outcome = w.run(&format!("{render} {fails} --gpu-fallback"));
