@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut executor = Executor::open(choice, None)?;
     let scene = Scene::new(sheet())?;
     let config = TracerConfig { layout: Layout::Compact, ..TracerConfig::default() };
-    let tracer = DeviceTracer::new(&mut executor, &Tracer::new(&scene, &config)?.words()?)?;
+    let tracer = DeviceTracer::new(&mut executor, &Tracer::new(&scene, &config)?)?;
     let triangles = scene.meshes()[0].triangles.len();
     let bytes = executor.held_bytes();
     show(format!("{}, {triangles} triangles, {bytes} bytes", executor.adapter().name));

@@ -1,5 +1,7 @@
 //! Everything that can go wrong with a graphics processor, and what the user can do.
 
+use vastlight_transport::PagesError;
+
 /// Why work on a graphics processor could not be done.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -73,6 +75,9 @@ pub enum GpuError {
         /// Why.
         reason: String,
     },
+    /// A page of a scene in a store cannot be had.
+    #[error(transparent)]
+    Pages(#[from] PagesError),
     /// A kernel did not compile.
     #[error("kernel {kernel} does not compile: {reason}")]
     Kernel {
@@ -104,6 +109,7 @@ impl GpuError {
             }
             Self::Refused { .. } => "see whether another program holds it, or use --device cpu",
             Self::Scene { .. } => "use --device cpu",
+            Self::Pages(_) => "see whether the store is whole and can be reached",
             Self::Limit { .. } => "use a smaller batch or scene, or --device cpu",
             Self::OutOfMemory { .. } => {
                 "close other programs on the device, lower --gpu-memory, or use --device cpu"

@@ -2,7 +2,7 @@
 //!
 //! A line `//#include NAME` stands for the shared part of that name, which is put in once.
 
-use crate::{build, path, primitives, trace};
+use crate::{build, page, path, primitives, trace};
 
 /// A kernel: one file of `wgsl/` with one entry point, `main`.
 #[derive(Debug, PartialEq, Eq)]
@@ -105,10 +105,14 @@ const SHARED: &[(&str, &str)] = &[
     ("medium", include_str!("wgsl/shared/path/medium.wgsl")),
     ("morton", include_str!("wgsl/shared/morton.wgsl")),
     ("page", include_str!("wgsl/shared/page.wgsl")),
+    ("page_table", include_str!("wgsl/shared/page_table.wgsl")),
+    ("path_queues", include_str!("wgsl/shared/path/path_queues.wgsl")),
     ("path_rays", include_str!("wgsl/shared/path/path_rays.wgsl")),
-    ("path_state", include_str!("wgsl/shared/path/path_state.wgsl")),
     ("path_start", include_str!("wgsl/shared/path/path_start.wgsl")),
+    ("path_state", include_str!("wgsl/shared/path/path_state.wgsl")),
     ("phong", include_str!("wgsl/shared/path/phong.wgsl")),
+    ("pool", include_str!("wgsl/shared/pool.wgsl")),
+    ("pool_one", include_str!("wgsl/shared/pool_one.wgsl")),
     ("pyramid", include_str!("wgsl/shared/pyramid.wgsl")),
     ("queue", include_str!("wgsl/shared/queue.wgsl")),
     ("radix", include_str!("wgsl/shared/radix.wgsl")),
@@ -118,6 +122,7 @@ const SHARED: &[(&str, &str)] = &[
     ("range_box", include_str!("wgsl/shared/range_box.wgsl")),
     ("ray", include_str!("wgsl/shared/ray.wgsl")),
     ("real", include_str!("wgsl/shared/path/real.wgsl")),
+    ("records", include_str!("wgsl/shared/path/records.wgsl")),
     ("region", include_str!("wgsl/shared/region.wgsl")),
     ("runs", include_str!("wgsl/shared/runs.wgsl")),
     ("select_count", include_str!("wgsl/shared/select_count.wgsl")),
@@ -133,6 +138,7 @@ const SHARED: &[(&str, &str)] = &[
     ("surface", include_str!("wgsl/shared/path/surface.wgsl")),
     ("table_access", include_str!("wgsl/shared/path/table_access.wgsl")),
     ("tables", include_str!("wgsl/shared/path/tables.wgsl")),
+    ("tested", include_str!("wgsl/shared/path/tested.wgsl")),
     ("texture", include_str!("wgsl/shared/path/texture.wgsl")),
     ("tree_node", include_str!("wgsl/shared/tree_node.wgsl")),
     ("unsettled", include_str!("wgsl/shared/unsettled.wgsl")),
@@ -148,7 +154,7 @@ const SHARED: &[(&str, &str)] = &[
 /// Every kernel.
 #[must_use]
 pub fn all() -> Vec<&'static Kernel> {
-    [&primitives::KERNELS[..], &trace::KERNELS, &path::KERNELS, &path::STREAM_KERNELS, &build::KERNELS]
+    [&primitives::KERNELS[..], &trace::KERNELS, &path::KERNELS, &path::STREAM_KERNELS, &page::KERNELS, &build::KERNELS]
         .concat()
 }
 

@@ -18,6 +18,7 @@ mod device;
 mod error;
 pub mod kernel;
 pub mod limits;
+pub mod page;
 pub mod path;
 pub mod primitives;
 mod recording;

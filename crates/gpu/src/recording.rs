@@ -50,7 +50,7 @@ pub enum Command {
     },
     /// Zeros all over a buffer.
     Clear(Buffer),
-    /// Bytes from a buffer to the start of another.
+    /// Bytes from a buffer to another.
     Copy {
         /// Where from.
         from: Buffer,
@@ -58,6 +58,8 @@ pub enum Command {
         offset: u64,
         /// Where to.
         to: Buffer,
+        /// First byte there, a multiple of 4.
+        to_offset: u64,
         /// How many, a multiple of 4.
         bytes: u64,
     },
@@ -140,8 +142,13 @@ impl Recording {
 
     /// Copies `words` u32 from the word `first` of a buffer to the start of another.
     pub fn copy(&mut self, from: Buffer, first: u64, to: Buffer, words: u64) {
-        let [offset, bytes] = [first, words].map(|words| words.saturating_mul(4));
-        self.commands.push(Command::Copy { from, offset, to, bytes });
+        self.copy_to((from, first), (to, 0), words);
+    }
+
+    /// Copies `words` u32 from a word of a buffer to a word of another.
+    pub fn copy_to(&mut self, (from, first): (Buffer, u64), (to, at): (Buffer, u64), words: u64) {
+        let [offset, to_offset, bytes] = [first, at, words].map(|words| words.saturating_mul(4));
+        self.commands.push(Command::Copy { from, offset, to, to_offset, bytes });
     }
 
     /// Runs a kernel with these parameters over these buffers.
@@ -215,9 +222,9 @@ impl Recording {
         self.commands.iter().try_for_each(|command| match command {
             Command::Upload { to, bytes } => self.holds("upload", *to, 0, bytes.len() as u64),
             Command::Clear(buffer) => self.holds("clear", *buffer, 0, 0),
-            Command::Copy { from, offset, to, bytes } => {
+            Command::Copy { from, offset, to, to_offset, bytes } => {
                 self.holds("copy", *from, *offset, *bytes)?;
-                self.holds("copy", *to, 0, *bytes)
+                self.holds("copy", *to, *to_offset, *bytes)
             }
             Command::Dispatch { kernel, parameters, buffers, groups } => {
                 self.check_dispatch(kernel, parameters, buffers, *groups)

@@ -21,10 +21,14 @@ pub const UV_SETS: usize = 4;
 /// Most vertices of a page.
 const VERTICES: usize = 256;
 const HEADER: usize = 4;
+/// The bit of positions.
+const POSITIONS: u32 = 1 << 3;
 
-/// Which attributes a mesh's vertices have, as bits: 0 normals, 1 tangents, 2 colours, 4 to 7 texture coordinates by set.
+/// Which attributes a mesh's vertices have, as bits: 0 normals, 1 tangents, 2 colours, 3 positions (never in a store), 4 to 7
+/// texture coordinates by set.
 ///
-/// A record holds them in this order: normal (3), tangent (4), colour (4), coordinates of each set that there is (2).
+/// A record holds them in this order: normal (3), tangent (4), colour (4), coordinates of each set that there is (2),
+/// position (3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AttributeLayout(pub u32);
 
@@ -39,6 +43,12 @@ impl AttributeLayout {
             bits |= 1 << (4 + set);
         }
         Self(bits)
+    }
+
+    /// The same with positions.
+    #[must_use]
+    pub fn with_positions(self) -> Self {
+        Self(self.0 | POSITIONS)
     }
 
     /// Where normals stand in a record.
@@ -69,7 +79,8 @@ impl AttributeLayout {
     /// Floats of a record.
     #[must_use]
     pub fn floats(self) -> usize {
-        self.floats_before_uvs() + 2 * (self.0 >> 4 & 15).count_ones() as usize
+        let positions = if self.0 & POSITIONS == 0 { 0 } else { 3 };
+        self.floats_before_uvs() + 2 * (self.0 >> 4 & 15).count_ones() as usize + positions
     }
 
     fn floats_before_uvs(self) -> usize {
@@ -90,7 +101,12 @@ impl PackedAttributes {
     /// Packs the attributes of `triangles` of a mesh, in their order; no pages for a mesh without attributes.
     #[must_use]
     pub fn new(mesh: &Mesh, triangles: &[u32]) -> Self {
-        let layout = AttributeLayout::of(mesh);
+        Self::of_layout(mesh, AttributeLayout::of(mesh), triangles)
+    }
+
+    /// The same with the attributes of a layout: those of the mesh, with or without positions.
+    #[must_use]
+    pub fn of_layout(mesh: &Mesh, layout: AttributeLayout, triangles: &[u32]) -> Self {
         let mut packed = Self::default();
         if layout.floats() == 0 {
             return packed;
@@ -143,6 +159,9 @@ impl<'m> Writer<'m> {
             self.corners.push(place);
             if place == next && self.records.len() < self.places.len() * self.layout.floats() {
                 push_attributes(self.mesh, vertex as usize, &mut self.records);
+                if self.layout.0 & POSITIONS != 0 {
+                    self.records.extend(self.mesh.positions[vertex as usize].to_array());
+                }
             }
         }
     }
@@ -201,6 +220,18 @@ impl AttributeIndex {
         let starts = self.first_triangles.get(first as usize..end as usize)?;
         let number = starts.partition_point(|&start| u32::from(start) <= place).checked_sub(1)?;
         Some((first + number as u32, (place - u32::from(starts[number])) as usize))
+    }
+
+    /// By page of geometry, and one more: the first page of attributes.
+    #[must_use]
+    pub fn firsts(&self) -> &[u32] {
+        &self.first
+    }
+
+    /// By page of attributes: the place of its first triangle.
+    #[must_use]
+    pub fn first_triangles(&self) -> &[u16] {
+        &self.first_triangles
     }
 
     /// Memory.

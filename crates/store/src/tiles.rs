@@ -26,7 +26,7 @@ pub struct StoredTexture {
 ///
 /// Levels have tiles row by row, and levels follow each other. From the first level on whose texels fit into one tile together with
 /// those of all levels above it, all are in one page, row by row.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TileGrid {
     levels: Vec<Level>,
     /// Edge of a tile in texels, as a power of two.
@@ -45,11 +45,11 @@ pub struct Level {
     /// Height in texels.
     pub height: u32,
     /// Tiles of a row of tiles.
-    pub(crate) across: u32,
+    pub across: u32,
     /// The page of its first tile, or the last page.
-    pub(crate) page: u32,
+    pub page: u32,
     /// Its first texel there.
-    pub(crate) texel: u32,
+    pub texel: u32,
 }
 
 impl TileGrid {

@@ -349,6 +349,12 @@ impl Tracer {
         &self.places.world
     }
 
+    /// Whether rays go through kd-trees, not through pages or blocks below a BVH.
+    #[must_use]
+    pub fn has_kd_trees(&self) -> bool {
+        self.kd.is_some()
+    }
+
     /// What building took and gave.
     #[must_use]
     pub fn report(&self) -> &BuildReport {

@@ -1,16 +1,17 @@
 //! A scene made traceable, as words: what a device needs to trace the rays that a [`Tracer`] traces.
 //!
-//! Two arrays of 32-bit words. The *tree* holds wide nodes of [`NODE_WORDS`] words (planes by axis, side and slot, then
+//! An array of 32-bit words. The *tree* holds wide nodes of [`NODE_WORDS`] words (planes by axis, side and slot, then
 //! children), those over the instances and those above every mesh's pages, and behind them the instances. What would be
-//! its first node is a header. The *pages* are the bytes of all pages, one behind the other. A child is the number of a
-//! node, or with [`LEAF`] set a leaf: above instances an instance's number, above pages the word of the pages where
-//! a subtree begins.
+//! its first node is a header. A child is the number of a node, or with [`LEAF`] set a leaf: above instances an
+//! instance's number, above pages the number of a page, shifted by [`header::PAGE_SHIFT`], and the word of the page where a
+//! subtree begins. Pages themselves are brought one by one.
 
 use crate::mesh::MeshTree;
 use crate::{TraceError, Tracer};
 use vastlight_accel::compact::CompactMesh;
 use vastlight_accel::kdtree::KdNode;
 use vastlight_accel::wide::{Block8, ChildRef, InstanceNodes, Node8, WideNode};
+use vastlight_paging::Table;
 
 /// Words of a node.
 pub const NODE_WORDS: usize = size_of::<Node8>() / 4;
@@ -36,6 +37,8 @@ pub mod header {
     pub const EXTENT: usize = 3;
     /// How much wider margins of the world's boxes are than those of a mesh, as the bits of an f32.
     pub const MARGIN: usize = 4;
+    /// How far the number of a page is shifted in leaves.
+    pub const PAGE_SHIFT: usize = 7;
     /// Of threaded kd-trees: the word where the numbers of instances in leaves begin.
     pub const ITEMS: usize = 5;
     /// Of threaded kd-trees: the word where the boxes of instances begin, six words each.
@@ -47,8 +50,8 @@ pub mod header {
 pub struct TracerWords {
     /// Nodes and instances.
     pub tree: Vec<u32>,
-    /// All pages, or the blocks of triangles in the leaves of kd-trees.
-    pub pages: Vec<u32>,
+    /// The blocks of triangles in the leaves of kd-trees; none of other trees.
+    pub blocks: Vec<u32>,
     /// Nodes on the longest way from the root to a leaf of a page, for the stack of a walk; 0 where it needs none.
     pub levels: usize,
 }
@@ -64,16 +67,16 @@ impl TracerWords {
 }
 
 impl Tracer {
-    /// The tracer as words.
+    /// The tracer as words, for pages of at most so many bytes.
     ///
     /// # Errors
-    /// Its meshes are not in the layout [`Compact`](crate::Layout::Compact), pages are not all in memory, there is no tree
-    /// over the instances, or there are 2^31 words of pages or more.
-    pub fn words(&self) -> Result<TracerWords, TraceError> {
+    /// Its meshes are not in the layout [`Compact`](crate::Layout::Compact), there is no tree over the instances, or pages
+    /// have 2^31 words or more.
+    pub fn words(&self, page_bytes: usize) -> Result<TracerWords, TraceError> {
         if self.grid.is_some() || self.kd.is_some() {
             return Err(TraceError::Words("there is no tree over the instances"));
         }
-        let (pages, starts) = self.page_words()?;
+        let shift = page_bytes.div_ceil(4).next_power_of_two().trailing_zeros();
         let mut tree = vec![0; NODE_WORDS];
         let root = push_top(&mut tree, &self.top.nodes, self.top.root);
         let mut roots = Vec::with_capacity(self.meshes.len());
@@ -81,27 +84,39 @@ impl Tracer {
             let MeshTree::Compact(mesh) = mesh else {
                 return Err(TraceError::Words("the layout is not compact"));
             };
-            roots.push((push_mesh(&mut tree, mesh, &starts)?, mesh.extent));
+            roots.push((push_mesh(&mut tree, mesh, shift)?, mesh.extent));
         }
         self.put_instances(&mut tree, root, &roots);
+        tree[header::PAGE_SHIFT] = shift;
         let deepest = self.meshes.iter().map(MeshTree::levels).max().unwrap_or(0);
-        Ok(TracerWords { tree, pages, levels: self.top.levels + deepest })
+        Ok(TracerWords { tree, blocks: Vec::new(), levels: self.top.levels + deepest })
     }
 
-    /// All pages in a row, and the word at which each starts.
-    fn page_words(&self) -> Result<(Vec<u32>, Vec<u32>), TraceError> {
-        let (mut words, mut starts) = (Vec::with_capacity(self.pages.bytes() / 4), Vec::new());
-        for number in 0..self.pages.pages() as u32 {
-            let Some(page) = self.pages.page(number) else {
-                return Err(TraceError::Words("a page is missing"));
-            };
-            starts.push(words.len() as u32);
-            words.extend(bytemuck::pod_collect_to_vec::<u8, u32>(page));
-            if words.len() >= LEAF as usize {
-                return Err(TraceError::Words("the pages have 8 GiB or more"));
+    /// The pages in memory, of the layout [`Compact`](crate::Layout::Compact).
+    #[must_use]
+    pub fn pages(&self) -> &Table {
+        &self.pages
+    }
+
+    /// The mesh of each page in memory.
+    #[must_use]
+    pub fn page_meshes(&self) -> Vec<u32> {
+        let mut meshes = vec![0; self.pages.pages()];
+        for (number, mesh) in (0..).zip(&self.meshes) {
+            let MeshTree::Compact(mesh) = mesh else { continue };
+            for root in &mesh.roots {
+                if let Some(of_page) = meshes.get_mut(root.page as usize) {
+                    *of_page = number;
+                }
             }
         }
-        Ok((words, starts))
+        meshes
+    }
+
+    /// What positions of a mesh in its pages are to be multiplied with.
+    #[must_use]
+    pub fn unscale(&self, mesh: u32) -> f32 {
+        self.meshes.get(mesh as usize).map_or(1.0, |mesh| 1.0 / mesh.space().scale)
     }
 
     /// Fills in the header, and appends the instances; `roots` has each mesh's root and largest coordinate.
@@ -135,17 +150,17 @@ fn push_top(tree: &mut Vec<u32>, nodes: &InstanceNodes, root: Option<ChildRef>) 
 }
 
 /// Appends the nodes above a mesh's pages; gives the root.
-fn push_mesh(tree: &mut Vec<u32>, mesh: &CompactMesh, starts: &[u32]) -> Result<u32, TraceError> {
+fn push_mesh(tree: &mut Vec<u32>, mesh: &CompactMesh, shift: u32) -> Result<u32, TraceError> {
     let first = (tree.len() / NODE_WORDS) as u32;
     let child = |child: ChildRef| {
         if !child.is_leaf() {
             return child.0 + first;
         }
         let root = &mesh.roots[child.index()];
-        LEAF | (starts[root.page as usize] + root.node().index() as u32)
+        LEAF | root.page << shift | root.node().index() as u32
     };
-    if mesh.roots.iter().any(|root| root.page as usize >= starts.len()) {
-        return Err(TraceError::Words("a page is missing"));
+    if mesh.roots.iter().any(|root| root.page >= LEAF >> shift) {
+        return Err(TraceError::Words("the pages have 8 GiB or more"));
     }
     mesh.nodes.iter().for_each(|node| push_node(tree, node, child));
     Ok(mesh.root.map_or(ChildRef::NONE.0, child))
@@ -161,6 +176,8 @@ fn push_node(tree: &mut Vec<u32>, node: &Node8, child: impl Fn(ChildRef) -> u32)
 mod tests {
     use super::*;
     use crate::{Layout, TopLevel, TracerConfig};
+    use std::collections::BTreeSet;
+    use vastlight_accel::compact::{Page, SLACK};
     use vastlight_math::{Affine3, Vec3};
     use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
 
@@ -191,8 +208,11 @@ mod tests {
     }
 
     fn words(places: usize, config: &TracerConfig) -> Result<TracerWords, TraceError> {
-        Tracer::new(&scene(places), config).expect("built").words()
+        Tracer::new(&scene(places), config).expect("built").words(PAGE_BYTES)
     }
+
+    /// Bytes of the longest page.
+    const PAGE_BYTES: usize = CompactMesh::SLOT + SLACK;
 
     fn compact() -> TracerConfig {
         TracerConfig { layout: Layout::Compact, ..TracerConfig::default() }
@@ -229,12 +249,50 @@ mod tests {
                 assert_eq!(f32::from_bits(instance[11]), -moved * f32::from_bits(instance[0]));
                 let root = instance[12];
                 assert_eq!(root == ChildRef::NONE.0, !has_triangles(i));
-                assert!(
-                    root == ChildRef::NONE.0
-                        || root & LEAF == 0
-                        || ((root & !LEAF) as usize) < words.pages.len()
-                );
             }
+        }
+    }
+
+    /// Gathers the triangles of the pages below a node.
+    fn triangles_below(words: &TracerWords, pages: &Table, child: u32, met: &mut BTreeSet<(u32, u32)>) {
+        if child == ChildRef::NONE.0 {
+        } else if child & LEAF == 0 {
+            let node = child as usize * NODE_WORDS;
+            words.tree[node + 48..][..8].iter().for_each(|&child| triangles_below(words, pages, child, met));
+        } else {
+            let number = (child & !LEAF) >> words.tree[header::PAGE_SHIFT];
+            let page = Page::new(pages.page(number).expect("in memory"));
+            let within = (child & ((1 << words.tree[header::PAGE_SHIFT]) - 1)) as usize;
+            assert!(page.node(within).is_some());
+            met.extend(page.triangles().into_iter().map(|triangle| (number, triangle)));
+        }
+    }
+
+    #[test]
+    fn every_mesh_finds_the_triangles_of_its_own_pages() {
+        let mesh = |count: u32| Mesh {
+            positions: (0..3 * count).map(|i| Vec3::new((i % 97) as f32, (i % 89) as f32, (i % 7) as f32)).collect(),
+            triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+            ..Mesh::default()
+        };
+        let instance = |mesh| Instance { world_from_object: Affine3::IDENTITY, mesh, name: 0 };
+        let desc = SceneDesc {
+            meshes: vec![mesh(30), mesh(20_000), mesh(9000)],
+            instances: (0..3).map(instance).collect(),
+            names: vec![String::new()],
+            ..SceneDesc::default()
+        };
+        let scene = Scene::new(desc).expect("a scene");
+        let tracer = Tracer::new(&scene, &compact()).expect("built");
+        let (words, of_pages) = (tracer.words(PAGE_BYTES).expect("words"), tracer.page_meshes());
+        assert!(of_pages.len() > 10);
+        let first = words.tree[header::INSTANCES] as usize;
+        for (number, instance) in words.tree[first..].chunks_exact(INSTANCE_WORDS).enumerate() {
+            let mut met = BTreeSet::new();
+            triangles_below(&words, tracer.pages(), instance[12], &mut met);
+            assert!(met.iter().all(|&(page, _)| of_pages[page as usize] == number as u32));
+            let triangles: BTreeSet<u32> = met.iter().map(|met| met.1).collect();
+            assert_eq!(triangles.len(), scene.meshes()[number].triangles.len());
         }
     }
 

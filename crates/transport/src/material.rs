@@ -205,6 +205,12 @@ impl<'s> MaterialTable<'s> {
         self.rows.iter().map(|row| row.most_tiles).max().unwrap_or(0)
     }
 
+    /// The most tiles that the evaluation of a material needs if all its textures are in tiles.
+    pub(crate) fn most_tiles_of_all(&self) -> usize {
+        let textures = |row: &Row<'_>| row.material.textures().iter().map(|used| used.0).collect::<BTreeSet<_>>();
+        TILES_OF_LOOKUP * self.rows.iter().map(|row| textures(row).len()).max().unwrap_or(0)
+    }
+
     /// Whether the back emits like the front.
     #[must_use]
     pub fn is_two_sided(&self, material: u32) -> bool {

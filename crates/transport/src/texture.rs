@@ -80,6 +80,11 @@ impl<'s> PreparedTexture<'s> {
         self.uv_set
     }
 
+    /// Where the texels are, if not in memory.
+    pub(crate) fn grid(&self) -> Option<&Arc<TileGrid>> {
+        self.tiles.as_ref()
+    }
+
     /// Whether the texels are in tiles, not in memory.
     #[must_use]
     pub fn is_in_tiles(&self) -> bool {

@@ -1,5 +1,6 @@
 //! What a render computes on.
 
+use crate::stats::GpuPaging;
 use crate::{Error, OpenScene, RenderRequest};
 use std::sync::{Mutex, PoisonError};
 use vastlight_accel::kdtree::KdKind;
@@ -123,6 +124,16 @@ impl<'r> Worker<'r> {
             Self::Gpu(_) => Tiles::OnDevice,
             Self::Cpu(_) if paged => Tiles::InPages,
             Self::Cpu(_) => Tiles::InMemory,
+        }
+    }
+
+    /// The pages that were brought to a graphics processor.
+    pub(crate) fn gpu_paging(&self) -> Option<GpuPaging> {
+        match self {
+            Self::Cpu(_) => None,
+            Self::Gpu(renderer) => {
+                Some(renderer.lock().unwrap_or_else(PoisonError::into_inner).page_stats().into())
+            }
         }
     }
 

@@ -98,6 +98,9 @@ impl From<FilmError> for Error {
 
 impl From<GpuError> for Error {
     fn from(e: GpuError) -> Self {
+        if let GpuError::Pages(e) = e {
+            return e.into();
+        }
         Self::new(ErrorClass::Device, e.to_string(), "gpu", e.hint())
     }
 }

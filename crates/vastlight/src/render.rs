@@ -220,6 +220,7 @@ fn render_with(
         structure_bytes: tracer.report().bytes,
         peak_rss_bytes: peak_rss_bytes(),
         paging: caches.as_ref().map(PagingStats::new),
+        gpu_paging: worker.gpu_paging(),
     };
     Ok(Rendered { film, mattes: ids.mattes(), stats })
 }

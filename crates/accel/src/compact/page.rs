@@ -36,6 +36,32 @@ impl<'a> Page<'a> {
         bytemuck::try_from_bytes(self.bytes.get(UNIT * place..)?.get(..NODE)?).ok()
     }
 
+    /// Numbers in their mesh of all triangles, in the order of their places. What a damaged page does not have is left out.
+    #[must_use]
+    pub fn triangles(&self) -> Vec<u32> {
+        let (mut numbers, mut place) = (Vec::new(), 0);
+        // Nodes and clusters stand in a row; behind the last are zeros, which have no triangles.
+        while let Some(node) = self.node(place) {
+            place += NODE / UNIT;
+            let Packing { triangles, number_bits, .. } = node.packing;
+            if triangles == 0 {
+                continue;
+            }
+            let Some((anchor, cluster)) =
+                self.bytes.get(UNIT * place..).and_then(|rest| rest.split_at_checked(ANCHOR))
+            else {
+                break;
+            };
+            let anchor: Anchor = bytemuck::pod_read_unaligned(anchor);
+            let Some(packed) = cluster.get(node.packing.numbers_at()..) else { break };
+            let count = usize::from(triangles);
+            numbers.extend((0..count).map(|i| node.packing.number(&anchor, i, packed)));
+            let bytes = node.packing.numbers_at() + (count * usize::from(number_bits)).div_ceil(8);
+            place += (ANCHOR + bytes).div_ceil(UNIT);
+        }
+        numbers
+    }
+
     /// More than the page has nodes and leaves.
     #[inline(always)]
     #[must_use]

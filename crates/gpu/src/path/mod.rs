@@ -1,46 +1,52 @@
 //! The path tracer on a device: the wavefront of `vastlight-transport` as kernels joined by queues (Laine, Karras, Aila 2013,
 //! "Megakernels considered harmful"), with the same random numbers and the same estimator.
 //!
-//! A wave of paths advances segment by segment: closest hits, shading, shadow rays. How many paths go on stays on the
-//! device. What comes back is a `Sample` for each path, which the film sums exactly; so a picture depends on the device
+//! A wave of paths advances segment by segment: closest hits, shading, shadow rays. Where all pages of the scene are on the device,
+//! how many paths go on stays there. Where they are not, each of these is done again for those that waited for pages, until none waits. What comes back is a `Sample` for each path, which the film sums exactly; so a picture depends on the device
 //! alone, not on how waves are cut nor on the order in which workgroups run.
 
 mod scene;
+mod stage;
 mod stream;
+mod wave;
 
 pub use scene::DeviceScene;
-use stream::Streams;
+use stage::{Pass, Stage};
+use wave::{Buffers, Wave};
 
 use crate::error::GpuError;
 use crate::kernel::{Kernel, device_struct, kernel};
+use crate::page::{DevicePages, PageStats};
 use crate::primitives::GROUP;
-use crate::recording::{Buffer, Download, Groups, Recording, Resident};
+use crate::recording::{Download, Groups, Recording};
 use crate::run::Executor;
 use std::ops::Range;
 use vastlight_math::Vec3;
-use vastlight_transport::{
-    DirectSampling, Integrator, RenderStats, Renderer, Sample, SampleSink, Tile, pixel_order,
-};
+use vastlight_transport::words::ScenePages;
+use vastlight_transport::{Integrator, RenderStats, Renderer, Sample, SampleSink, Tile, pixel_order};
 
 /// Words of a path on the device: see `path_state.wgsl`.
-const PATH_FIELDS: u32 = 63;
+const PATH_FIELDS: u32 = 77;
 /// The first of them that are a sample.
-const SAMPLE_FIELDS: u32 = 47;
+const SAMPLE_FIELDS: u32 = 61;
 /// Words of a sample.
 const SAMPLE_WORDS: u64 = (PATH_FIELDS - SAMPLE_FIELDS) as u64;
 /// Waves become no smaller than this for want of memory.
 const LEAST_WAVE: u32 = 1 << 12;
-/// Queues of paths: two that take turns, that of the shadow rays, and that of rays which are not settled.
-const QUEUES: u64 = 4;
-/// The numbers of the last two.
+/// Where not all pages fit, waves take no more than this part of the memory that is left.
+const WAVE_PART: u64 = 4;
+/// Queues of paths: two that take turns, that of the shadow rays, those of rays which are not settled, and of what waits for pages.
+const QUEUES: u64 = 7;
+/// The numbers of the last five.
 const SHADOWS: u32 = 2;
-const LEFT: u32 = 3;
+const LEFT: [u32; 2] = [3, 4];
+const WAITING: [u32; 2] = [5, 6];
 /// Which counters are those of rays and shadow rays, and which does not matter.
-const RAYS: u32 = 4;
-const SHADOW_RAYS: u32 = 5;
-const SPARE: u32 = 6;
+const RAYS: u32 = 7;
+const SHADOW_RAYS: u32 = 8;
+const SPARE: u32 = 9;
 /// Counters of queues and rays.
-const TAILS: u64 = 7;
+const TAILS: u64 = 10;
 /// Segments that are recorded before the device is asked whether paths are left.
 const SEGMENTS: u32 = 8;
 
@@ -48,25 +54,25 @@ device_struct! {
     struct GenerateParameters as "Parameters" { capacity, count, first, samples, first_sample, seed }
 }
 device_struct! {
-    struct NextParameters as "Parameters" { full, empty, other_empty, total }
+    struct NextParameters as "Parameters" { full, empties, total }
 }
 device_struct! {
-    struct WalkParameters as "Parameters" { capacity, full, left }
+    struct WalkParameters as "Parameters" { capacity, full, waiting, left, again }
 }
 device_struct! {
-    struct SettledParameters as "Parameters" { capacity, full, depth }
+    struct SettledParameters as "Parameters" { capacity, full, waiting, again, depth }
 }
 device_struct! {
     struct ShadeParameters as "Parameters" {
-        capacity, depth, full, next, max_depth, integrator, roulette, direct_sampling, ao_distance
+        capacity, depth, full, next, waiting, again, max_depth, integrator, roulette, direct_sampling, ao_distance
     }
 }
 kernel!(pub(crate) GENERATE = "path_generate", GenerateParameters, 4);
 kernel!(pub(crate) NEXT = "path_next", NextParameters, 2);
-kernel!(pub(crate) CLOSEST = "path_closest", WalkParameters, 5);
+kernel!(pub(crate) CLOSEST = "path_closest", WalkParameters, 7);
 kernel!(pub(crate) CLOSEST_SETTLED = "path_closest_settled", SettledParameters, 8);
-kernel!(pub(crate) SHADE = "path_shade", ShadeParameters, 7);
-kernel!(pub(crate) SHADOW = "path_shadow", WalkParameters, 5);
+kernel!(pub(crate) SHADE = "path_shade", ShadeParameters, 8);
+kernel!(pub(crate) SHADOW = "path_shadow", WalkParameters, 7);
 kernel!(pub(crate) SHADOW_SETTLED = "path_shadow_settled", SettledParameters, 8);
 
 /// Every kernel of this module.
@@ -86,39 +92,62 @@ pub struct DeviceRenderer<'r> {
     executor: &'r mut Executor,
     renderer: &'r Renderer<'r>,
     scene: DeviceScene,
+    /// Where pages come from, and those that are there.
+    source: ScenePages<'r>,
+    pages: DevicePages,
     wave: Wave,
     /// Samples that are rendered at once.
     at_once: u32,
 }
 
-/// Paths in flight, on the device.
-#[derive(Clone, Copy, Debug)]
-struct Wave {
-    /// Most paths.
-    capacity: u32,
-    paths: Resident,
-    queues: Resident,
-    tails: Resident,
-    /// Rays of the stream tracer; next to nothing for the others.
-    rays: Resident,
-    streams: Option<Streams>,
-}
-
 impl<'r> DeviceRenderer<'r> {
-    /// Brings a renderer to a device, with waves of at most `capacity` paths, fewer where memory does not suffice. Its tracer must be
-    /// in the layout `compact`, or for the integrator `whitted` have threaded kd-trees.
+    /// Brings a renderer to a device, with waves of at most `capacity` paths, fewer where memory does not suffice, and as much of its
+    /// pages as fits beside. Its tracer must be in the layout `compact`, or for the integrator `whitted` have threaded kd-trees.
     ///
     /// # Errors
-    /// The tracer is another one, the scene is in a store, a binding is too small for it, or memory does not suffice.
+    /// The tracer is another one, a binding is too small for it, a page cannot be had, or memory does not suffice.
     pub fn new(
         executor: &'r mut Executor,
         renderer: &'r Renderer<'r>,
         capacity: u32,
     ) -> Result<Self, GpuError> {
         let is_stream = renderer.settings().integrator == Integrator::Whitted;
-        let scene = DeviceScene::new(executor, renderer)?;
-        let wave = Wave::new(executor, capacity, is_stream).inspect_err(|_| scene.release(executor))?;
-        Ok(Self { executor, renderer, scene, wave, at_once: wave.capacity })
+        let (scene, mut source) = DeviceScene::new(executor, renderer)?;
+        let made = Self::room(executor, &mut source, capacity, is_stream);
+        let (wave, pages) = made.inspect_err(|_| scene.release(executor))?;
+        Ok(Self { executor, renderer, scene, source, pages, wave, at_once: wave.capacity })
+    }
+
+    /// Room for paths and pages.
+    fn room(
+        executor: &mut Executor,
+        source: &mut ScenePages<'_>,
+        most: u32,
+        is_stream: bool,
+    ) -> Result<(Wave, DevicePages), GpuError> {
+        let free = executor.free_bytes();
+        let fits = DevicePages::bytes_for_all(source).saturating_add(Wave::bytes(most, is_stream)) <= free;
+        let part = (LEAST_WAVE..most).rev().step_by(LEAST_WAVE as usize);
+        let smaller = || part.clone().find(|&n| Wave::bytes(n, is_stream) <= free / WAVE_PART);
+        let capacity = if fits { most } else { smaller().unwrap_or(most.min(LEAST_WAVE)) };
+        let (wave, rest) = Wave::new(executor, capacity, is_stream)?;
+        let pages = DevicePages::new(executor, source, is_stream);
+        executor.release(rest);
+        let pages = pages.inspect_err(|_| wave.release(executor))?;
+        if is_stream && !pages.has_all() {
+            let wanted_bytes = pages.stats().all_bytes;
+            pages.release(executor);
+            wave.release(executor);
+            let (what, held_bytes) = ("all pages, for whitted".to_owned(), executor.held_bytes());
+            return Err(GpuError::OutOfMemory { what, wanted_bytes, held_bytes });
+        }
+        Ok((wave, pages))
+    }
+
+    /// What paging did so far.
+    #[must_use]
+    pub fn page_stats(&self) -> PageStats {
+        self.pages.stats()
     }
 
     /// Renders the samples numbered `samples` of every pixel of `tile`; see [`Renderer::render_tile`].
@@ -174,13 +203,18 @@ impl<'r> DeviceRenderer<'r> {
         sink: &mut impl SampleSink,
     ) -> Result<(), GpuError> {
         let mut recording = Recording::new();
-        let mut buffers = Buffers::new(&mut recording, &self.scene, &self.wave);
+        let mut buffers = Buffers::new(&mut recording, &self.scene, &self.pages, &self.wave);
         self.start(&mut recording, &buffers, starts);
         let mut depth = 1;
         let counts = loop {
             let last = depth + self.segments_at_once();
             for depth in depth..last {
-                self.segment(&mut recording, &buffers, depth);
+                for stage in Stage::ALL {
+                    self.record_stage(&mut recording, &buffers, stage, &Pass::first(depth));
+                    if !self.pages.has_all() {
+                        self.until_none_waits(&mut recording, &mut buffers, stage, depth)?;
+                    }
+                }
             }
             let tails = recording.download(buffers.tails, TAILS);
             let samples = self.download_samples(&mut recording, &buffers);
@@ -192,13 +226,19 @@ impl<'r> DeviceRenderer<'r> {
                 hand_over(|slot| sample_in(&words, capacity, slot), starts, stats, sink);
                 break tails;
             }
-            recording = Recording::new();
-            buffers = Buffers::new(&mut recording, &self.scene, &self.wave);
+            (recording, buffers) = self.anew();
         };
         let count = |which: u32| u64::from(counts.get(which as usize).copied().unwrap_or(0));
         stats.rays += count(RAYS);
         stats.shadow_rays += count(SHADOW_RAYS);
         Ok(())
+    }
+
+    /// A new recording.
+    fn anew(&self) -> (Recording, Buffers) {
+        let mut recording = Recording::new();
+        let buffers = Buffers::new(&mut recording, &self.scene, &self.pages, &self.wave);
+        (recording, buffers)
     }
 
     /// Whether paths end at their first surface.
@@ -207,7 +247,7 @@ impl<'r> DeviceRenderer<'r> {
     }
 
     fn segments_at_once(&self) -> u32 {
-        if self.is_single() { 1 } else { SEGMENTS.min(self.renderer.settings().max_depth.max(1)) }
+        if self.is_single() || !self.pages.has_all() { 1 } else { SEGMENTS.min(self.renderer.settings().max_depth.max(1)) }
     }
 
     /// The start of a wave: what `GENERATE` is told.
@@ -232,67 +272,6 @@ impl<'r> DeviceRenderer<'r> {
         recording.dispatch(&GENERATE, &parameters, &all, Groups::Direct(starts.count.div_ceil(GROUP)));
     }
 
-    /// One segment of all paths; the first has the number 1.
-    fn segment(&self, recording: &mut Recording, b: &Buffers, depth: u32) {
-        let (full, empty) = (1 - depth % 2, depth % 2);
-        let next = NextParameters { full, empty, other_empty: SHADOWS, total: RAYS };
-        recording.dispatch(&NEXT, &next, &[b.tails, b.workgroups], Groups::Direct(1));
-        self.walk(recording, b, [&CLOSEST, &CLOSEST_SETTLED], (full, depth));
-
-        let shaded = [b.tables, b.lights, b.corners, b.texels, b.paths, b.queues, b.tails];
-        let parameters = self.shade_parameters(depth, full, empty);
-        recording.dispatch(&SHADE, &parameters, &shaded, Groups::Indirect(b.workgroups, 0));
-
-        let next = NextParameters { full: SHADOWS, empty: SPARE, other_empty: SPARE, total: SHADOW_RAYS };
-        recording.dispatch(&NEXT, &next, &[b.tails, b.workgroups], Groups::Direct(1));
-        self.walk(recording, b, [&SHADOW, &SHADOW_SETTLED], (SHADOWS, depth));
-    }
-
-    /// Rays of a queue on their way: all by the first kernel, those that it leaves by the second.
-    fn walk(
-        &self,
-        recording: &mut Recording,
-        b: &Buffers,
-        [kernel, settled]: [&'static Kernel; 2],
-        (full, depth): (u32, u32),
-    ) {
-        let capacity = self.wave.capacity;
-        let parameters = WalkParameters { capacity, full, left: LEFT };
-        let seen = [b.tree, b.pages, b.paths, b.queues, b.tails];
-        recording.dispatch(kernel, &parameters, &seen, Groups::Indirect(b.workgroups, 0));
-        let next = NextParameters { full: LEFT, empty: SPARE, other_empty: SPARE, total: SPARE };
-        recording.dispatch(&NEXT, &next, &[b.tails, b.workgroups_left], Groups::Direct(1));
-        let parameters = SettledParameters { capacity, full: LEFT, depth };
-        let seen = [b.tree, b.pages, b.tables, b.corners, b.texels, b.paths, b.queues, b.tails];
-        recording.dispatch(settled, &parameters, &seen, Groups::Indirect(b.workgroups_left, 0));
-        let next = NextParameters { full: SPARE, empty: LEFT, other_empty: SPARE, total: SPARE };
-        recording.dispatch(&NEXT, &next, &[b.tails, b.workgroups_left], Groups::Direct(1));
-    }
-
-    fn shade_parameters(&self, depth: u32, full: u32, next: u32) -> ShadeParameters {
-        let settings = self.renderer.settings();
-        ShadeParameters {
-            capacity: self.wave.capacity,
-            depth,
-            full,
-            next,
-            max_depth: settings.max_depth,
-            integrator: match settings.integrator {
-                Integrator::Path | Integrator::Whitted => 0,
-                Integrator::Direct => 1,
-                Integrator::Primary => 2,
-                Integrator::Ao => 3,
-            },
-            roulette: u32::from(settings.russian_roulette),
-            direct_sampling: match settings.direct_sampling {
-                DirectSampling::Both => 0,
-                DirectSampling::Bsdf => 1,
-                DirectSampling::Light => 2,
-            },
-            ao_distance: self.renderer.ao_distance().to_bits(),
-        }
-    }
-
     fn download_samples(&self, recording: &mut Recording, buffers: &Buffers) -> Download {
         let capacity = u64::from(self.wave.capacity);
         let words = SAMPLE_WORDS * capacity;
@@ -305,85 +284,8 @@ impl<'r> DeviceRenderer<'r> {
 impl Drop for DeviceRenderer<'_> {
     fn drop(&mut self) {
         self.scene.release(self.executor);
+        self.pages.release(self.executor);
         self.wave.release(self.executor);
-    }
-}
-
-impl Wave {
-    /// Room for at most `most` paths, fewer where memory does not suffice.
-    fn new(executor: &mut Executor, most: u32, is_stream: bool) -> Result<Self, GpuError> {
-        let fitting = executor.adapter().limits.binding_bytes / (4 * u64::from(PATH_FIELDS));
-        let mut capacity = most.clamp(1, u32::try_from(fitting).unwrap_or(u32::MAX).max(1));
-        loop {
-            match Self::of(executor, capacity, is_stream) {
-                Err(GpuError::OutOfMemory { .. }) if capacity > LEAST_WAVE => capacity /= 2,
-                wave => return wave,
-            }
-        }
-    }
-
-    fn of(executor: &mut Executor, capacity: u32, is_stream: bool) -> Result<Self, GpuError> {
-        let all = u64::from(capacity);
-        let slots = if is_stream { Streams::slots(capacity) } else { capacity };
-        let (tails, rays) =
-            if is_stream { (Streams::tail_words(capacity), Streams::ray_words(slots)) } else { (TAILS, 0) };
-        let mut kept = [Resident::NOTHING; 5];
-        // The last is room for samples on their way back.
-        let words = [
-            u64::from(PATH_FIELDS) * all,
-            QUEUES * u64::from(slots),
-            tails,
-            rays.max(1),
-            2 * SAMPLE_WORDS * all,
-        ];
-        let labels = ["paths", "queues", "tails", "rays", "samples"];
-        for (i, (label, words)) in labels.into_iter().zip(words).enumerate() {
-            let done = executor.allocate(label, 4 * words);
-            kept[i] =
-                done.inspect_err(|_| kept.into_iter().for_each(|resident| executor.release(resident)))?;
-        }
-        let [paths, queues, tails, rays, room] = kept;
-        executor.release(room);
-        let streams = is_stream.then_some(Streams { slots });
-        Ok(Self { capacity, paths, queues, tails, rays, streams })
-    }
-
-    fn release(&self, executor: &mut Executor) {
-        let all = [self.paths, self.queues, self.tails, self.rays];
-        all.into_iter().for_each(|resident| executor.release(resident));
-    }
-}
-
-/// The buffers of one recording.
-struct Buffers {
-    tree: Buffer,
-    pages: Buffer,
-    tables: Buffer,
-    lights: Buffer,
-    corners: Buffer,
-    texels: Buffer,
-    paths: Buffer,
-    queues: Buffer,
-    tails: Buffer,
-    workgroups: Buffer,
-    workgroups_left: Buffer,
-}
-
-impl Buffers {
-    fn new(recording: &mut Recording, scene: &DeviceScene, wave: &Wave) -> Self {
-        Self {
-            tree: recording.resident("tree", scene.tracer.tree),
-            pages: recording.resident("pages", scene.tracer.pages),
-            tables: recording.resident("tables", scene.tables),
-            lights: recording.resident("lights", scene.lights),
-            corners: recording.resident("corners", scene.corners),
-            texels: recording.resident("texels", scene.texels),
-            paths: recording.resident("paths", wave.paths),
-            queues: recording.resident("queues", wave.queues),
-            tails: recording.resident("tails", wave.tails),
-            workgroups: recording.buffer("workgroups", 3),
-            workgroups_left: recording.buffer("workgroups of rays that are left", 3),
-        }
     }
 }
 

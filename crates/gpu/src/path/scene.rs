@@ -3,53 +3,67 @@
 use crate::error::GpuError;
 use crate::recording::Resident;
 use crate::run::Executor;
-use crate::trace::DeviceTracer;
+use crate::trace::tree_of;
+use vastlight_trace::words::TracerWords;
+use vastlight_transport::words::{RendererWords, ScenePages, WordsError};
 use vastlight_transport::{Integrator, Renderer};
 
-/// A scene on the device.
+/// A scene on the device, but for its pages.
 #[derive(Clone, Copy, Debug)]
 pub struct DeviceScene {
-    pub(super) tracer: DeviceTracer,
+    /// Nodes and instances.
+    pub(super) tree: Resident,
+    /// Triangles in the leaves of kd-trees.
+    pub(super) blocks: Resident,
     pub(super) tables: Resident,
-    pub(super) corners: Resident,
-    pub(super) texels: Resident,
     pub(super) lights: Resident,
 }
 
 impl DeviceScene {
-    /// Brings what a renderer knows to the device.
+    /// Brings what a renderer knows to the device; gives also its pages, which are not there yet.
     ///
     /// # Errors
-    /// The scene is in a store, its tracer not in the layout `compact` (of the integrator `whitted`, not over threaded kd-trees), a binding too small for it, or memory does not
-    /// suffice; then nothing stays.
-    pub fn new(executor: &mut Executor, renderer: &Renderer<'_>) -> Result<Self, GpuError> {
-        let refused = |reason: String| GpuError::Scene { reason };
-        let words = renderer.words().map_err(|e| refused(e.to_string()))?;
-        let is_stream = renderer.settings().integrator == Integrator::Whitted;
-        let tracer = renderer.tracer();
-        let traced = if is_stream { tracer.threaded_words() } else { tracer.words() };
-        let mut traced = traced.map_err(|e| refused(e.to_string()))?;
-        if is_stream {
-            traced.set_veils(|instance| words.is_veiled_to_whitted(instance));
-        } else {
-            traced.set_veils(|instance| words.is_veiled(instance));
-        }
-        let tracer = DeviceTracer::new(executor, &traced)?;
-        drop(traced);
-        let kept = executor.keep_all([
+    /// Its tracer is not in the layout `compact` (of the integrator `whitted`, not over threaded kd-trees), a binding is too small for
+    /// it, or memory does not suffice; then nothing stays.
+    pub fn new<'r>(
+        executor: &mut Executor,
+        renderer: &'r Renderer<'_>,
+    ) -> Result<(Self, ScenePages<'r>), GpuError> {
+        let (words, pages) = renderer.words().map_err(|error| match error {
+            WordsError::Pages(error) => error.into(),
+            error @ WordsError::TooLong(_) => GpuError::Scene { reason: error.to_string() },
+        })?;
+        let traced = traced(renderer, &pages, &words)?;
+        let [tree, blocks, tables, lights] = executor.keep_all([
+            ("tree", &traced.tree),
+            ("blocks", &traced.blocks),
             ("tables", &words.tables),
-            ("corners", &words.corners),
-            ("texels", &words.texels),
             ("lights", &words.lights),
-        ]);
-        let [tables, corners, texels, lights] = kept.inspect_err(|_| tracer.release(executor))?;
-        Ok(Self { tracer, tables, corners, texels, lights })
+        ])?;
+        Ok((Self { tree, blocks, tables, lights }, pages))
     }
 
     /// Gives its memory back.
     pub fn release(self, executor: &mut Executor) {
-        self.tracer.release(executor);
-        let all = [self.tables, self.corners, self.texels, self.lights];
+        let all = [self.tree, self.blocks, self.tables, self.lights];
         all.into_iter().for_each(|resident| executor.release(resident));
     }
+}
+
+/// The words of a renderer's tracer.
+fn traced(
+    renderer: &Renderer<'_>,
+    pages: &ScenePages<'_>,
+    words: &RendererWords,
+) -> Result<TracerWords, GpuError> {
+    let tracer = renderer.tracer();
+    let is_stream = renderer.settings().integrator == Integrator::Whitted;
+    let all = |bytes| if is_stream { tracer.threaded_words() } else { tracer.words(bytes) };
+    let mut traced = tree_of(pages, all)?;
+    if is_stream {
+        traced.set_veils(|instance| words.is_veiled_to_whitted(instance));
+    } else {
+        traced.set_veils(|instance| words.is_veiled(instance));
+    }
+    Ok(traced)
 }

@@ -6,9 +6,8 @@
 //! the slot of the one that ended, further ones take new slots; where these do not suffice, the wave starts again with fewer
 //! samples. Colours are summed exactly, in fixed point, so a picture depends neither on that nor on the order of the queues.
 
-use super::{
-    Buffers, DeviceRenderer, GenerateParameters, NEXT, NextParameters, Starts, hand_over, sample_in,
-};
+use super::wave::Buffers;
+use super::{DeviceRenderer, GenerateParameters, NEXT, NextParameters, Starts, hand_over, sample_in};
 use crate::error::GpuError;
 use crate::kernel::{Kernel, device_struct, kernel};
 use crate::primitives::GROUP;
@@ -101,7 +100,7 @@ struct Waiting {
 impl Waiting {
     /// Brings what a queue holds into the size of the next dispatch, and empties two others.
     fn next(&self, recording: &mut Recording, full: u32, [empty, other_empty]: [u32; 2]) {
-        let next = NextParameters { full, empty, other_empty, total: SPARE };
+        let next = NextParameters { full, empties: 1 << empty | 1 << other_empty, total: SPARE };
         recording.dispatch(&NEXT, &next, &[self.b.tails, self.b.workgroups], Groups::Direct(1));
     }
 
@@ -121,12 +120,13 @@ impl Waiting {
         self.next(recording, INTERSECT, [TRAVERSE, SPARE]);
         let (full, on, ended, left) = (INTERSECT, TRAVERSE, SHADE_RAYS, LEFT);
         let parameters = IntersectParameters { slots: *slots, full, on, ended, left };
-        let seen = [b.tree, b.pages, *rays, b.queues, b.tails];
+        let seen = [b.tree, b.blocks, *rays, b.queues, b.tails];
         recording.dispatch(&INTERSECT_RAYS, &parameters, &seen, self.groups());
 
         self.next(recording, LEFT, [SPARE, SPARE]);
         let parameters = TraverseParameters { slots: *slots, full: LEFT, on, ended };
-        let seen = [b.tree, b.pages, b.tables, b.corners, b.texels, *rays, b.queues, b.tails];
+        let seen =
+            [b.tree, b.blocks, b.tables, b.pages.pool[0], b.pages.table, *rays, b.queues, b.tails];
         recording.dispatch(&INTERSECT_SETTLED, &parameters, &seen, self.groups());
     }
 
@@ -136,7 +136,8 @@ impl Waiting {
         self.next(recording, SHADE_RAYS, [SPARE, SPARE]);
         let parameters =
             StreamShadeParameters { slots: *slots, capacity, full: SHADE_RAYS, next: TRAVERSE, max_depth };
-        let seen = [b.tables, b.lights, b.corners, b.texels, b.paths, *rays, b.queues, b.tails];
+        let seen =
+            [b.tables, b.lights, b.pages.pool[0], b.pages.table, b.paths, *rays, b.queues, b.tails];
         recording.dispatch(&STREAM_SHADE, &parameters, &seen, self.groups());
         self.next(recording, SPARE, [SHADE_RAYS, SPARE]);
     }
@@ -196,7 +197,7 @@ impl DeviceRenderer<'_> {
 
     fn waiting(&self, streams: Streams) -> (Recording, Waiting) {
         let mut recording = Recording::new();
-        let b = Buffers::new(&mut recording, &self.scene, &self.wave);
+        let b = Buffers::new(&mut recording, &self.scene, &self.pages, &self.wave);
         let rays = recording.resident("rays", self.wave.rays);
         (recording, Waiting { b, rays, slots: streams.slots })
     }

@@ -76,6 +76,12 @@ impl Executor {
         self.pool.held_bytes()
     }
 
+    /// Bytes that the budget leaves.
+    #[must_use]
+    pub const fn free_bytes(&self) -> u64 {
+        self.config.budget_bytes.saturating_sub(self.pool.held_bytes())
+    }
+
     /// Compiles kernels ahead of their use. Some drivers finish that at the first dispatch only.
     ///
     /// # Errors

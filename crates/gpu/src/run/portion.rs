@@ -166,9 +166,10 @@ impl<'a> Run<'a> {
                 let buffer = self.at(*buffer)?;
                 self.portion.encoder(self.device).clear_buffer(&buffer, 0, None);
             }
-            Command::Copy { from, offset, to, bytes } => {
+            Command::Copy { from, offset, to, to_offset, bytes } => {
                 let (from, to) = (self.at(*from)?, self.at(*to)?);
-                self.portion.encoder(self.device).copy_buffer_to_buffer(&from, *offset, &to, 0, *bytes);
+                let encoder = self.portion.encoder(self.device);
+                encoder.copy_buffer_to_buffer(&from, *offset, &to, *to_offset, *bytes);
             }
             Command::Dispatch { kernel, parameters, buffers, groups } => {
                 self.dispatch(kernel, parameters.len() as u64, buffers, *groups)?;

@@ -7,13 +7,16 @@
 use crate::error::GpuError;
 use crate::kernel::{Kernel, device_struct, kernel};
 use crate::limits::WORKGROUPS_PER_AXIS;
+use crate::page::{DevicePages, PageBuffers};
 use crate::primitives::GROUP;
 use crate::primitives::queue::{NEXT, NextParameters};
 use crate::recording::{Buffer, Groups, Recording, Resident};
 use crate::run::Executor;
 use vastlight_math::Ray;
-use vastlight_trace::Hit;
 use vastlight_trace::words::TracerWords;
+use vastlight_trace::{Hit, TraceError, Tracer};
+use vastlight_transport::words::ScenePages;
+use vastlight_transport::words::pages::GEOMETRY;
 
 /// References that a ray can have put aside in the kernel.
 pub const STACK: usize = 192;
@@ -25,40 +28,62 @@ pub(crate) const HIT_WORDS: usize = 5;
 device_struct! {
     struct Parameters as "Parameters" { count }
 }
-kernel!(pub(crate) CLOSEST = "closest", Parameters, 6);
-kernel!(pub(crate) CLOSEST_SETTLED = "closest_settled", Parameters, 6);
-kernel!(pub(crate) OCCLUDED = "occluded", Parameters, 6);
-kernel!(pub(crate) OCCLUDED_SETTLED = "occluded_settled", Parameters, 6);
+kernel!(pub(crate) CLOSEST = "closest", Parameters, 8);
+kernel!(pub(crate) CLOSEST_SETTLED = "closest_settled", Parameters, 8);
+kernel!(pub(crate) OCCLUDED = "occluded", Parameters, 8);
+kernel!(pub(crate) OCCLUDED_SETTLED = "occluded_settled", Parameters, 8);
 
 /// Every kernel of this module.
 pub(crate) static KERNELS: [&Kernel; 4] = [&CLOSEST, &CLOSEST_SETTLED, &OCCLUDED, &OCCLUDED_SETTLED];
 
-/// A traceable scene on the device.
-#[derive(Clone, Copy, Debug)]
+/// A traceable scene on the device, all of it.
+#[derive(Debug)]
 pub struct DeviceTracer {
-    pub(crate) tree: Resident,
-    pub(crate) pages: Resident,
+    tree: Resident,
+    pages: DevicePages,
 }
 
 impl DeviceTracer {
-    /// Brings a tracer to the device.
+    /// Brings a tracer in the layout `compact` to the device.
     ///
     /// # Errors
-    /// Its trees are too deep, a binding is too small for it, or memory does not suffice.
-    pub fn new(executor: &mut Executor, words: &TracerWords) -> Result<Self, GpuError> {
-        let most = 7 * words.levels + 2;
-        if most > STACK {
-            let what = "the stack of rays in nodes".to_owned();
-            return Err(GpuError::Limit { what, wanted: most as u64, limit: STACK as u64 });
+    /// It is another one, its trees are too deep, a binding is too small for it, or memory does not suffice.
+    pub fn new(executor: &mut Executor, tracer: &Tracer) -> Result<Self, GpuError> {
+        let mut pages = ScenePages::of_tracer(tracer);
+        let tree = tree_of(&pages, |bytes| tracer.words(bytes))?;
+        let [tree] = executor.keep_all([("tree", &tree.tree)])?;
+        let kept = DevicePages::new(executor, &mut pages, false);
+        let pages = kept.inspect_err(|_| executor.release(tree))?;
+        if pages.has_all() {
+            return Ok(Self { tree, pages });
         }
-        let [tree, pages] = executor.keep_all([("tree", &words.tree), ("pages", &words.pages)])?;
-        Ok(Self { tree, pages })
+        let wanted_bytes = pages.stats().all_bytes;
+        executor.release(tree);
+        pages.release(executor);
+        let (what, held_bytes) = ("the pages of all meshes".to_owned(), executor.held_bytes());
+        Err(GpuError::OutOfMemory { what, wanted_bytes, held_bytes })
     }
 
     /// Gives its memory back.
     pub fn release(self, executor: &mut Executor) {
-        [self.tree, self.pages].into_iter().for_each(|resident| executor.release(resident));
+        executor.release(self.tree);
+        self.pages.release(executor);
     }
+}
+
+/// The words of a tracer over such pages.
+pub(crate) fn tree_of(
+    pages: &ScenePages<'_>,
+    words: impl FnOnce(usize) -> Result<TracerWords, TraceError>,
+) -> Result<TracerWords, GpuError> {
+    let words = words(pages.kinds()[GEOMETRY].slot_bytes as usize);
+    let words = words.map_err(|e| GpuError::Scene { reason: e.to_string() })?;
+    let most = 7 * words.levels + 2;
+    if most > STACK {
+        let what = "the stack of rays in nodes".to_owned();
+        return Err(GpuError::Limit { what, wanted: most as u64, limit: STACK as u64 });
+    }
+    Ok(words)
 }
 
 /// A ray as the kernels read it: origin and least t, direction and greatest t. Rays that are not finite end before they begin.
@@ -127,15 +152,37 @@ fn record(
     let answers = recording.buffer("answers", answer_words * u64::from(count.max(1)));
     if count > 0 {
         let tree = recording.resident("tree", tracer.tree);
-        let pages = recording.resident("pages", tracer.pages);
+        let PageBuffers { pool: [first, second], table } = tracer.pages.buffers(recording);
         let left = recording.buffer("rays that are left", count.into());
         let tails = recording.upload("tails", &[0_u32, 0]);
         let workgroups = recording.buffer("workgroups", 3);
-        let (parameters, all) = (Parameters { count }, [tree, pages, rays, answers, left, tails]);
+        let parameters = Parameters { count };
+        let all = [tree, first, second, table, rays, answers, left, tails];
         recording.dispatch(kernel, &parameters, &all, Groups::Direct(count.div_ceil(GROUP)));
         let next = NextParameters { capacity: count, full: 0, empty: 1 };
         recording.dispatch(&NEXT, &next, &[tails, workgroups], Groups::Direct(1));
         recording.dispatch(settled, &parameters, &all, Groups::Indirect(workgroups, 0));
     }
     Ok(answers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_scene::{Scene, SceneDesc};
+    use vastlight_trace::{Layout, TracerConfig};
+
+    #[test]
+    fn trees_deeper_than_the_stack_are_refused() {
+        let scene = Scene::new(SceneDesc::default()).expect("valid");
+        let config = TracerConfig { layout: Layout::Compact, ..TracerConfig::default() };
+        let tracer = Tracer::new(&scene, &config).expect("built");
+        let of_levels = |levels| {
+            let words = |_| Ok(TracerWords { tree: Vec::new(), blocks: Vec::new(), levels });
+            tree_of(&ScenePages::of_tracer(&tracer), words)
+        };
+        assert!(of_levels(27).is_ok());
+        let deep = of_levels(100).expect_err("too deep");
+        assert!(matches!(deep, GpuError::Limit { wanted: 702, .. }), "{deep}");
+    }
 }

@@ -2,6 +2,7 @@
 //#include accept_all
 //#include group
 //#include settled
+//#include pool
 //#include walk
 
 struct Parameters {
@@ -10,15 +11,17 @@ struct Parameters {
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> tree: array<u32>;
-@group(0) @binding(2) var<storage, read> pages: array<u32>;
+@group(0) @binding(2) var<storage, read> pool_a: array<u32>;
+@group(0) @binding(3) var<storage, read> pool_b: array<u32>;
+@group(0) @binding(4) var<storage, read_write> page_table: array<atomic<u32>>;
 /// Origin and least t, direction and greatest t.
-@group(0) @binding(3) var<storage, read> rays: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read> rays: array<vec4<f32>>;
 /// 1 or 0.
-@group(0) @binding(4) var<storage, read_write> blocked: array<u32>;
+@group(0) @binding(6) var<storage, read_write> blocked: array<u32>;
 /// The rays that are left.
-@group(0) @binding(5) var<storage, read> left: array<u32>;
+@group(0) @binding(7) var<storage, read> left: array<u32>;
 /// How many of them there are.
-@group(0) @binding(6) var<storage, read> tails: array<u32>;
+@group(0) @binding(8) var<storage, read> tails: array<u32>;
 
 fn put_answer(ray: u32, hit: Hit) {
     blocked[ray] = u32(hit.prim != NONE);
@@ -27,7 +30,7 @@ fn put_answer(ray: u32, hit: Hit) {
 fn answer(ray: u32) -> Hit {
     let start = rays[ray * 2u];
     let along = rays[ray * 2u + 1u];
-    return walk(WorldRay(start.xyz, start.w, along.xyz, along.w), true);
+    return walk(WorldRay(start.xyz, start.w, along.xyz, along.w), true, miss(along.w));
 }
 
 @compute @workgroup_size(GROUP)

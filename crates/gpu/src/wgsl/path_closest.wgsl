@@ -1,33 +1,57 @@
-// The closest hit of each path's ray. Rays that meet what is dear to judge are left to `path_closest_settled`.
+// The closest hit of each path's ray. Rays that meet what is dear to judge are left to `path_closest_settled`; those whose pages are
+// not there wait.
+//#include path_queues
 //#include path_rays
-//#include queue
+//#include pool
 //#include unsettled
 
 struct Parameters {
     capacity: u32,
     full: u32,
+    waiting: u32,
     left: u32,
+    again: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> tree: array<u32>;
-@group(0) @binding(2) var<storage, read> pages: array<u32>;
-@group(0) @binding(3) var<storage, read_write> paths: array<u32>;
-@group(0) @binding(4) var<storage, read_write> queues: array<u32>;
-@group(0) @binding(5) var<storage, read_write> tails: array<atomic<u32>>;
+@group(0) @binding(2) var<storage, read> pool_a: array<u32>;
+@group(0) @binding(3) var<storage, read> pool_b: array<u32>;
+@group(0) @binding(4) var<storage, read_write> page_table: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read_write> paths: array<u32>;
+@group(0) @binding(6) var<storage, read_write> queues: array<u32>;
+@group(0) @binding(7) var<storage, read_write> tails: array<atomic<u32>>;
 
 @compute @workgroup_size(GROUP)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     var slot = 0u;
     var is_left = false;
+    var is_waiting = false;
     if (id.x < atomicLoad(&tails[parameters.full])) {
-        slot = queues[parameters.full * parameters.capacity + id.x];
-        let hit = walk(path_ray(slot), false);
-        put_hit(slot, hit);
-        is_left = is_unsettled();
+        slot = queue_entry(parameters.full, id.x);
+        asker = slot;
+        holds = parameters.again != 0u;
+        var known = miss(PATH_FAR);
+        if (parameters.again != 0u) {
+            take_restart(slot);
+            known = known_hit(slot);
+            is_waiting = still_waits();
+        }
+        if (!is_waiting) {
+            var hit = walk(path_ray(slot), false, known);
+            is_left = is_unsettled();
+            if (is_left) {
+                // From the start, with nothing found.
+                missing = Turn(0u, 0u, 0u);
+                found.node = NONE;
+                hit = miss(PATH_FAR);
+            } else {
+                is_waiting = waits(hit);
+            }
+            put_hit(slot, hit);
+            put_restart(slot, missing);
+        }
     }
-    let place = reserve(lane, u32(is_left), parameters.left);
-    if (is_left) {
-        queues[parameters.left * parameters.capacity + place] = slot;
-    }
+    enqueue(lane, parameters.left, slot, is_left);
+    enqueue(lane, parameters.waiting, slot, is_waiting);
 }

@@ -1,10 +1,9 @@
-// Turns what a queue of paths holds into the workgroups of the next dispatch over it, counts it, and empties two others.
+// Turns what a queue of paths holds into the workgroups of the next dispatch over it, counts it, and empties others, a bit each.
 //#include group
 
 struct Parameters {
     full: u32,
-    empty: u32,
-    other_empty: u32,
+    empties: u32,
     total: u32,
 }
 
@@ -18,7 +17,10 @@ fn main() {
     workgroups[0] = (held + GROUP - 1u) / GROUP;
     workgroups[1] = 1u;
     workgroups[2] = 1u;
-    tails[parameters.empty] = 0u;
-    tails[parameters.other_empty] = 0u;
+    for (var queue = 0u; queue < 32u; queue++) {
+        if (((parameters.empties >> queue) & 1u) != 0u) {
+            tails[queue] = 0u;
+        }
+    }
     tails[parameters.total] += held;
 }

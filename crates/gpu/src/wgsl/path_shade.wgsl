@@ -1,7 +1,9 @@
 // Shades what the paths' rays met, one segment at a time, as in `vastlight-transport`, `path`, `primary` and `ao`: emission with
 // multiple importance sampling, a light for each vertex and its shadow ray, the next direction, roulette.
 //#include lights
-//#include queue
+//#include page_table
+//#include path_queues
+//#include pool
 //#include random
 //#include shading
 //#include warp
@@ -11,6 +13,8 @@ struct Parameters {
     depth: u32,
     full: u32,
     next: u32,
+    waiting: u32,
+    again: u32,
     max_depth: u32,
     integrator: u32,
     roulette: u32,
@@ -21,11 +25,12 @@ struct Parameters {
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> tables: array<u32>;
 @group(0) @binding(2) var<storage, read> lights: array<u32>;
-@group(0) @binding(3) var<storage, read> corners: array<u32>;
-@group(0) @binding(4) var<storage, read> texels: array<u32>;
-@group(0) @binding(5) var<storage, read_write> paths: array<u32>;
-@group(0) @binding(6) var<storage, read_write> queues: array<u32>;
-@group(0) @binding(7) var<storage, read_write> tails: array<atomic<u32>>;
+@group(0) @binding(3) var<storage, read> pool_a: array<u32>;
+@group(0) @binding(4) var<storage, read> pool_b: array<u32>;
+@group(0) @binding(5) var<storage, read_write> page_table: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read_write> paths: array<u32>;
+@group(0) @binding(7) var<storage, read_write> queues: array<u32>;
+@group(0) @binding(8) var<storage, read_write> tails: array<atomic<u32>>;
 
 const SHADOWS: u32 = 2u;
 const INTEGRATOR_DIRECT: u32 = 1u;
@@ -63,7 +68,8 @@ struct Path {
     direction: vec3<f32>,
     /// Of this vertex: choice of light, place on it, choice of lobe, direction, roulette; and of the whole path: wavelength.
     random: array<vec2<f32>, RANDOM_POINTS>,
-    /// Whether there is a shadow ray, and whether the path goes on.
+    /// Whether it waits for pages, whether there is a shadow ray, and whether the path goes on.
+    waits: bool,
     has_shadow: bool,
     goes_on: bool,
 }
@@ -324,20 +330,31 @@ fn scatter(path: ptr<function, Path>, vertex: ptr<function, Vertex>, bsdf: Bsdf,
     continue_path(path, vertex, bsdf, light_normal, odds, ends);
 }
 
+/// What the path's ray met.
+fn path_meeting(slot: u32) -> Meeting {
+    let weights = vec2<f32>(path_f32(PATH_HIT + 1u, slot), path_f32(PATH_HIT + 2u, slot));
+    let place = TrianglePlace(path_word(PATH_BLOCK, slot), path_word(PATH_BLOCK + 1u, slot));
+    var corners: array<vec3<f32>, 3>;
+    for (var corner = 0u; corner < 3u; corner++) {
+        corners[corner] = path_vec3(PATH_CORNERS + 3u * corner, slot);
+    }
+    let t = path_f32(PATH_HIT, slot);
+    return Meeting(t, weights, path_word(PATH_HIT + 3u, slot), path_word(PATH_HIT + 4u, slot), place, corners);
+}
+
 /// Shades one path.
 fn shade(path: ptr<function, Path>) {
     let slot = (*path).slot;
-    let met = Meeting(
-        path_f32(PATH_HIT, slot),
-        vec2<f32>(path_f32(PATH_HIT + 1u, slot), path_f32(PATH_HIT + 2u, slot)),
-        path_word(PATH_HIT + 3u, slot),
-        path_word(PATH_HIT + 4u, slot),
-    );
+    let met = path_meeting(slot);
     if (met.prim == NO_HIT) {
         leave(path);
         return;
     }
     var vertex = vertex_at(met, (*path).direction, (*path).cone);
+    if (lacks) {
+        (*path).waits = true;
+        return;
+    }
     (*path).throughput *= absorption(path, &vertex, met.t);
     let dispersed = ((*path).flags & PATH_DISPERSED) != 0u;
     let bsdf = bsdf_new(vertex_params(&vertex, (*path).random[RANDOM_WAVELENGTH].x, (*path).media, dispersed));
@@ -357,15 +374,12 @@ fn shade(path: ptr<function, Path>) {
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     var path: Path;
     if (id.x < atomicLoad(&tails[parameters.full])) {
-        path = load_path(queues[parameters.full * parameters.capacity + id.x]);
+        path = load_path(queue_entry(parameters.full, id.x));
+        asker = path.slot;
+        holds = parameters.again != 0u;
         shade(&path);
     }
-    let shadow_place = reserve(lane, u32(path.has_shadow), SHADOWS);
-    let place = reserve(lane, u32(path.goes_on), parameters.next);
-    if (path.has_shadow) {
-        queues[SHADOWS * parameters.capacity + shadow_place] = path.slot;
-    }
-    if (path.goes_on) {
-        queues[parameters.next * parameters.capacity + place] = path.slot;
-    }
+    enqueue(lane, SHADOWS, path.slot, path.has_shadow);
+    enqueue(lane, parameters.next, path.slot, path.goes_on);
+    enqueue(lane, parameters.waiting, path.slot, path.waits);
 }

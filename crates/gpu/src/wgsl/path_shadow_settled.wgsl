@@ -1,26 +1,30 @@
 // Shadow rays that `path_shadow` leaves: surfaces are there or not by alpha, and window panes let a share of each channel
-// through, as in `vastlight-transport`, `pane`.
-//#include group
+// through, as in `vastlight-transport`, `pane`. Rays whose pages are not there wait.
+//#include path_queues
 //#include path_rays
+//#include pool
 //#include settled
+//#include tested
 //#include veils
 //#include vertex
 
 struct Parameters {
     capacity: u32,
     full: u32,
+    waiting: u32,
+    again: u32,
     depth: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> tree: array<u32>;
-@group(0) @binding(2) var<storage, read> pages: array<u32>;
-@group(0) @binding(3) var<storage, read> tables: array<u32>;
-@group(0) @binding(4) var<storage, read> corners: array<u32>;
-@group(0) @binding(5) var<storage, read> texels: array<u32>;
+@group(0) @binding(2) var<storage, read> pool_a: array<u32>;
+@group(0) @binding(3) var<storage, read> pool_b: array<u32>;
+@group(0) @binding(4) var<storage, read_write> page_table: array<atomic<u32>>;
+@group(0) @binding(5) var<storage, read> tables: array<u32>;
 @group(0) @binding(6) var<storage, read_write> paths: array<u32>;
-@group(0) @binding(7) var<storage, read> queues: array<u32>;
-@group(0) @binding(8) var<storage, read> tails: array<u32>;
+@group(0) @binding(7) var<storage, read_write> queues: array<u32>;
+@group(0) @binding(8) var<storage, read_write> tails: array<atomic<u32>>;
 
 /// Of the ray on its way: its key, its direction, the channels that are blocked.
 var<private> ray_key: u32;
@@ -31,8 +35,8 @@ fn accepts(hit: Hit, veiled: bool) -> bool {
     if (!veiled) {
         return true;
     }
-    let met = Meeting(hit.t, vec2<f32>(hit.u, hit.v), hit.instance, hit.prim);
-    if (!alpha_is_there(met, ray_key)) {
+    let met = tested_meeting(hit);
+    if (!alpha_is_there(met, ray_key) || lacks) {
         return false;
     }
     let material = material_of(material_of_triangle(mesh_record(hit.instance), hit.prim));
@@ -40,6 +44,9 @@ fn accepts(hit: Hit, veiled: bool) -> bool {
         return true;
     }
     let vertex = vertex_at(met, ray_direction, Cone(0.0, 0.0));
+    if (lacks) {
+        return false;
+    }
     let passed = bsdf_straight(bsdf_new(vertex.evaluated.params), frame_to_local(vertex.frame, vertex.wo));
     // Another number than the one that decides about alpha.
     let chance = vec3<f32>(hash_to_unit(~ray_key, hit.instance, hit.prim));
@@ -48,15 +55,28 @@ fn accepts(hit: Hit, veiled: bool) -> bool {
 }
 
 @compute @workgroup_size(GROUP)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if (id.x >= tails[parameters.full]) {
-        return;
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    var slot = 0u;
+    var is_waiting = false;
+    if (id.x < atomicLoad(&tails[parameters.full])) {
+        slot = queue_entry(parameters.full, id.x);
+        asker = slot;
+        holds = parameters.again != 0u;
+        ray_key = shadow_key(slot, parameters.depth);
+        ray_direction = path_vec3(PATH_SHADOW_DIRECTION, slot);
+        blocked = (vec3<u32>(path_word(PATH_BLOCKED, slot)) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u);
+        take_restart(slot);
+        is_waiting = still_waits();
+        let ray = shadow_ray(slot);
+        if (!is_waiting && walk(ray, true, miss(ray.t_max)).prim == NONE) {
+            is_waiting = waits(miss(ray.t_max));
+            put_restart(slot, missing);
+            let bits = select(vec3<u32>(0u), vec3<u32>(1u, 2u, 4u), blocked);
+            put_word(PATH_BLOCKED, slot, bits.x | bits.y | bits.z);
+            if (!is_waiting) {
+                add_radiance(slot, select(path_vec3(PATH_SHADOW_RADIANCE, slot), vec3<f32>(0.0), blocked));
+            }
+        }
     }
-    let slot = queues[parameters.full * parameters.capacity + id.x];
-    ray_key = shadow_key(slot, parameters.depth);
-    ray_direction = path_vec3(PATH_SHADOW_DIRECTION, slot);
-    blocked = vec3<bool>(false);
-    if (walk(shadow_ray(slot), true).prim == NONE) {
-        add_radiance(slot, select(path_vec3(PATH_SHADOW_RADIANCE, slot), vec3<f32>(0.0), blocked));
-    }
+    enqueue(lane, parameters.waiting, slot, is_waiting);
 }

@@ -14,7 +14,7 @@ struct Parameters {
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> tree: array<u32>;
-@group(0) @binding(2) var<storage, read> pages: array<u32>;
+@group(0) @binding(2) var<storage, read> blocks: array<u32>;
 @group(0) @binding(3) var<storage, read_write> streams: array<u32>;
 @group(0) @binding(4) var<storage, read_write> queues: array<u32>;
 @group(0) @binding(5) var<storage, read_write> tails: array<atomic<u32>>;

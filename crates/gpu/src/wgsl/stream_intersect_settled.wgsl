@@ -1,5 +1,7 @@
 // The third kernel of the stream tracer for the rays that `stream_intersect` leaves: surfaces are there or not by alpha, and shadow
 // rays pass what is clear.
+//#include page_table
+//#include pool_one
 //#include queue
 //#include settled
 //#include stream_leaf
@@ -14,10 +16,10 @@ struct Parameters {
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> tree: array<u32>;
-@group(0) @binding(2) var<storage, read> pages: array<u32>;
+@group(0) @binding(2) var<storage, read> blocks: array<u32>;
 @group(0) @binding(3) var<storage, read> tables: array<u32>;
-@group(0) @binding(4) var<storage, read> corners: array<u32>;
-@group(0) @binding(5) var<storage, read> texels: array<u32>;
+@group(0) @binding(4) var<storage, read> pool_a: array<u32>;
+@group(0) @binding(5) var<storage, read_write> page_table: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read_write> streams: array<u32>;
 @group(0) @binding(7) var<storage, read_write> queues: array<u32>;
 @group(0) @binding(8) var<storage, read_write> tails: array<atomic<u32>>;
@@ -34,7 +36,7 @@ fn accepts(hit: Hit, veiled: bool) -> bool {
     if (ray_is_shadow && (tables[material] & FLAG_CLEAR) != 0u) {
         return false;
     }
-    return alpha_is_there(Meeting(hit.t, vec2<f32>(hit.u, hit.v), hit.instance, hit.prim), ray_key);
+    return alpha_is_there(meeting_by_number(hit.t, vec2<f32>(hit.u, hit.v), hit.instance, hit.prim), ray_key);
 }
 
 @compute @workgroup_size(GROUP)

@@ -1,7 +1,9 @@
 // The fourth kernel of the stream tracer: shades rays whose way has ended and derives new ones, mirrored, refracted and to a light, as
 // in `vastlight-transport`, `stream::shade`.
 //#include lights
+//#include page_table
 //#include phong
+//#include pool_one
 //#include queue
 //#include random
 //#include shading
@@ -19,8 +21,8 @@ struct Parameters {
 @group(0) @binding(0) var<uniform> parameters: Parameters;
 @group(0) @binding(1) var<storage, read> tables: array<u32>;
 @group(0) @binding(2) var<storage, read> lights: array<u32>;
-@group(0) @binding(3) var<storage, read> corners: array<u32>;
-@group(0) @binding(4) var<storage, read> texels: array<u32>;
+@group(0) @binding(3) var<storage, read> pool_a: array<u32>;
+@group(0) @binding(4) var<storage, read_write> page_table: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> paths: array<u32>;
 @group(0) @binding(6) var<storage, read_write> streams: array<u32>;
 @group(0) @binding(7) var<storage, read_write> queues: array<u32>;
@@ -108,12 +110,9 @@ fn derive_shadow(load: StreamRay, vertex: ptr<function, Vertex>, phong: Phong, m
 
 /// Shades the ray in a slot, if it met a surface within its depth.
 fn shade_surface(slot: u32, given: StreamRay, depth: u32, derived: ptr<function, Derived>) -> vec3<f32> {
-    let met = Meeting(
-        stream_f32(STREAM_HIT, slot),
-        vec2<f32>(stream_f32(STREAM_HIT + 1u, slot), stream_f32(STREAM_HIT + 2u, slot)),
-        stream_word(STREAM_HIT + 3u, slot),
-        stream_word(STREAM_HIT + 4u, slot),
-    );
+    let weights = vec2<f32>(stream_f32(STREAM_HIT + 1u, slot), stream_f32(STREAM_HIT + 2u, slot));
+    let instance = stream_word(STREAM_HIT + 3u, slot);
+    let met = meeting_by_number(stream_f32(STREAM_HIT, slot), weights, instance, stream_word(STREAM_HIT + 4u, slot));
     var load = given;
     var vertex = vertex_at(met, load.direction, Cone(0.0, 0.0));
     if (depth == 1u) {

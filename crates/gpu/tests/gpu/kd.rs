@@ -21,7 +21,7 @@ fn words(scene: &Scene, accel: &str) -> TracerWords {
 /// The hits on the device; none without an adapter.
 fn on_device(words: &TracerWords, rays: &[Ray]) -> Option<Vec<Hit>> {
     let input: Vec<u32> = rays.iter().flat_map(ray_words).map(f32::to_bits).collect();
-    let found = answers(&KD, &[&input, &words.tree, &words.pages], rays.len(), 5)?;
+    let found = answers(&KD, &[&input, &words.tree, &words.blocks], rays.len(), 5)?;
     Some(hits_of_words(&found))
 }
 

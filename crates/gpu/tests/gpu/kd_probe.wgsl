@@ -11,7 +11,7 @@ struct Parameters {
 @group(0) @binding(1) var<storage, read_write> answers: array<u32>;
 @group(0) @binding(2) var<storage, read> rays: array<vec4<f32>>;
 @group(0) @binding(3) var<storage, read> tree: array<u32>;
-@group(0) @binding(4) var<storage, read> pages: array<u32>;
+@group(0) @binding(4) var<storage, read> blocks: array<u32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {

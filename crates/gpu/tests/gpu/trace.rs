@@ -80,8 +80,7 @@ pub(crate) fn tracer(scene: &Scene, layout: Layout) -> Tracer {
 }
 
 fn on_device(executor: &mut Executor, scene: &Scene) -> DeviceTracer {
-    let words = tracer(scene, Layout::Compact).words().expect("compact");
-    DeviceTracer::new(executor, &words).expect("fits")
+    DeviceTracer::new(executor, &tracer(scene, Layout::Compact)).expect("fits")
 }
 
 fn closest(executor: &mut Executor, tracer: &DeviceTracer, rays: &[Ray]) -> Vec<Hit> {
@@ -227,22 +226,19 @@ fn what_does_not_fit_is_an_error_and_leaves_nothing() {
     let Some(shared) = software() else { return };
     drop(shared);
     let scene = alone(sheet(65));
-    let mut words = tracer(&scene, Layout::Compact).words().expect("compact");
-    assert!(tracer(&scene, Layout::Wide).words().is_err());
-
+    let compact = tracer(&scene, Layout::Compact);
     let mut small = Executor::open(DeviceChoice::Software, Some(40_960)).expect("as before");
     let binding = small.adapter().limits.binding_bytes;
-    let full = DeviceTracer::new(&mut small, &words).expect_err("more than the budget");
+    let full = DeviceTracer::new(&mut small, &compact).expect_err("more than the budget");
     assert!(matches!(full, GpuError::OutOfMemory { .. }), "{full}");
     let all_of_it = small.allocate("all of the budget", 40_960).expect("nothing else stays");
     small.release(all_of_it);
 
-    words.pages.resize(binding as usize / 4 + 1, 0);
-    let wide = DeviceTracer::new(&mut small, &words).expect_err("more than a binding");
+    let other = DeviceTracer::new(&mut small, &tracer(&scene, Layout::Wide)).expect_err("no pages");
+    assert!(matches!(other, GpuError::Scene { .. }), "{other}");
+    let words = vec![0; binding as usize / 4 + 1];
+    let wide = small.keep_all([("tree", &words[..])]).expect_err("more than a binding");
     assert!(matches!(wide, GpuError::Limit { limit, .. } if limit == binding), "{wide}");
-    words.levels = 100;
-    let deep = DeviceTracer::new(&mut small, &words).expect_err("too deep");
-    assert!(matches!(deep, GpuError::Limit { wanted: 702, .. }), "{deep}");
 }
 
 #[test]

@@ -164,6 +164,12 @@ impl PageCache {
         self.shared.lock().stats(self.shared.config.slot_bytes)
     }
 
+    /// Where the pages are.
+    #[must_use]
+    pub fn directory(&self) -> &Directory {
+        &self.shared.directory
+    }
+
     /// The sizes.
     #[must_use]
     pub fn config(&self) -> &CacheConfig {

@@ -2,7 +2,7 @@
 //!
 //! The tree holds nodes of [`KD_NODE_WORDS`] words (box, plane or number of items, link, threads by octant): in the place of the first
 //! a header, then those over the instances and those of every mesh, numbered through; behind them the numbers of instances in
-//! leaves, their boxes, and the instances. The pages are blocks of eight triangles, numbered through: corners by corner, axis
+//! leaves, their boxes, and the instances. The blocks are of eight triangles, numbered through: corners by corner, axis
 //! and lane, then the triangles' numbers.
 
 use crate::words::{KD_BLOCK_WORDS, KD_NODE_WORDS, TracerWords, header};
@@ -24,14 +24,14 @@ impl Tracer {
         let Some(kd) = self.kd.as_ref().filter(|kd| !kd.stacked) else {
             return Err(TraceError::Words("there are no threaded kd-trees"));
         };
-        let (mut tree, mut pages) = (vec![0; KD_NODE_WORDS], Vec::new());
+        let (mut tree, mut blocks) = (vec![0; KD_NODE_WORDS], Vec::new());
         let root = push_nodes(&mut tree, &kd.top.nodes, 0);
         let mut roots = Vec::with_capacity(kd.meshes.len());
         for mesh in &kd.meshes {
-            let first_block = pages.len() / KD_BLOCK_WORDS;
+            let first_block = blocks.len() / KD_BLOCK_WORDS;
             roots.push((push_nodes(&mut tree, &mesh.nodes, first_block as u32), mesh.extent));
-            pages.extend_from_slice(bytemuck::cast_slice(&mesh.blocks));
-            if tree.len() / KD_NODE_WORDS >= NUMBERS || pages.len() / KD_BLOCK_WORDS >= NUMBERS {
+            blocks.extend_from_slice(bytemuck::cast_slice(&mesh.blocks));
+            if tree.len() / KD_NODE_WORDS >= NUMBERS || blocks.len() / KD_BLOCK_WORDS >= NUMBERS {
                 return Err(TraceError::Words("there are too many nodes or blocks of triangles"));
             }
         }
@@ -40,7 +40,7 @@ impl Tracer {
         tree[header::BOXES] = tree.len() as u32;
         tree.extend(kd.boxes.iter().flat_map(box_words));
         self.put_instances(&mut tree, root, &roots);
-        Ok(TracerWords { tree, pages, levels: 0 })
+        Ok(TracerWords { tree, blocks, levels: 0 })
     }
 }
 

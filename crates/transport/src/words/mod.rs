@@ -8,12 +8,15 @@ pub mod camera;
 pub mod geometry;
 pub mod lights;
 pub mod materials;
+pub mod pages;
 mod renderer;
 pub mod textures;
+mod tiled;
 
 use vastlight_math::{Vec2, Vec3};
 
 pub use albedo::put_albedo;
+pub use pages::ScenePages;
 pub use renderer::{RendererWords, WordsError};
 
 /// Places in the header of the binding `tables`.
@@ -32,8 +35,14 @@ pub mod tables {
     pub const CAMERA: usize = 5;
     /// sRGB-encoded bytes as linear numbers.
     pub const SRGB: usize = 6;
+    /// The first page of attributes of each block of triangles, and one more.
+    pub const BLOCKS: usize = 7;
+    /// The place of the first triangle of each page of attributes in its block.
+    pub const STARTS: usize = 8;
+    /// The number of the first page of attributes.
+    pub const FIRST_ATTRIBUTES: usize = 9;
     /// Words of the header.
-    pub const HEADER: usize = 7;
+    pub const HEADER: usize = 10;
 }
 
 /// The number of a texture of so many, `u32::MAX` for none.

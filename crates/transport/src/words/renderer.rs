@@ -1,8 +1,9 @@
 //! Everything that a renderer knows but its tracer, as words.
 
+use super::pages::{ATTRIBUTES, KEPT, Packed, ScenePages, TILES};
 use super::{Words, camera, geometry, materials, put_albedo, tables, textures};
+use crate::pages::PagesError;
 use crate::renderer::Renderer;
-use crate::vertex::tangent_uv_set;
 use vastlight_scene::TexelReader;
 
 /// The bindings of a path tracer on a device.
@@ -10,37 +11,31 @@ use vastlight_scene::TexelReader;
 pub struct RendererWords {
     /// Materials, textures, meshes, instances, camera; see [`tables`].
     pub tables: Vec<u32>,
-    /// What triangles' corners have.
-    pub corners: Vec<u32>,
-    /// Numbers of all images.
-    pub texels: Vec<u32>,
     /// Everything about lights.
     pub lights: Vec<u32>,
 }
 
 /// Why a renderer cannot be had as words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WordsError {
-    /// Meshes or textures are in a store.
-    #[error("parts of the scene are in a store")]
-    Stored,
+    /// Pages of a store cannot be had.
+    #[error(transparent)]
+    Pages(#[from] PagesError),
     /// A binding would have 2^32 words.
     #[error("the scene has more than 16 GiB of {0}")]
     TooLong(&'static str),
 }
 
 impl Renderer<'_> {
-    /// The renderer's tables as words.
+    /// The renderer's tables as words, and the pages of its scene.
     ///
     /// # Errors
-    /// Parts of the scene are in a store, or it is too large to be counted in words of 32 bits.
-    pub fn words(&self) -> Result<RendererWords, WordsError> {
+    /// It is too large to be counted in words of 32 bits, or its store serves nobody else.
+    pub fn words(&self) -> Result<(RendererWords, ScenePages<'_>), WordsError> {
         let (rows, all_textures) = self.materials.parts();
-        if self.pages.is_some() || all_textures.iter().any(|texture| texture.is_in_tiles()) {
-            return Err(WordsError::Stored);
-        }
+        let (pages, attributes, tiled) = ScenePages::new(self, Packed::new(self))?;
+        let [tiles, of_attributes, kept] = [TILES, ATTRIBUTES, KEPT].map(|kind| pages.kinds()[kind].first);
         let mut words = Words::new(tables::HEADER);
-        let (mut corners, mut texels) = (Words::default(), Words::default());
         words.section(tables::ALBEDO);
         put_albedo(&mut words);
         words.section(tables::SRGB);
@@ -48,22 +43,23 @@ impl Renderer<'_> {
         words.section(tables::CAMERA);
         camera::put(&mut words, &self.camera);
         words.section(tables::MATERIALS);
-        for (number, row) in rows.iter().enumerate() {
-            materials::put(&mut words, row, tangent_uv_set(self.scene, number as u32), all_textures.len());
+        for row in rows {
+            materials::put(&mut words, row, all_textures.len());
         }
-        let first = textures::put(&mut words, &mut texels, all_textures);
+        let first_kept = kept + attributes.kept_pages();
+        let first = textures::put(&mut words, all_textures, &tiled, [tiles, first_kept]);
         words.set(tables::TEXTURES, first);
-        let first = geometry::put_meshes(&mut words, &mut corners, self.scene, &self.veils);
+        let [blocks, starts] = attributes.put(&mut words, of_attributes);
+        words.set(tables::BLOCKS, blocks);
+        words.set(tables::STARTS, starts);
+        words.set(tables::FIRST_ATTRIBUTES, of_attributes);
+        let geometry = (self.scene, self.tracer());
+        let first = geometry::put_meshes(&mut words, geometry, &self.veils, &attributes);
         words.set(tables::MESHES, first);
         words.section(tables::INSTANCES);
         geometry::put_instances(&mut words, self.scene, &self.placements);
-        let all = RendererWords {
-            tables: words.finish(),
-            corners: corners.finish(),
-            texels: texels.finish(),
-            lights: self.lights.pack(),
-        };
-        all.check()
+        let all = RendererWords { tables: words.finish(), lights: self.lights.pack() };
+        Ok((all.check()?, pages))
     }
 }
 
@@ -91,8 +87,6 @@ impl RendererWords {
     fn check(self) -> Result<Self, WordsError> {
         for (what, words) in [
             ("tables", &self.tables),
-            ("corners", &self.corners),
-            ("texels", &self.texels),
             ("lights", &self.lights),
         ] {
             if words.len() >= u32::MAX as usize {

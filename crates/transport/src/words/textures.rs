@@ -1,9 +1,11 @@
-//! Textures as words: a record for each, a record for each of their levels, and the texels as they are stored.
+//! Textures as words: a record for each, and a record for each of their levels; texels are in pages.
 
 use super::Words;
+use super::tiled::TiledTexture;
 use crate::texture::PreparedTexture;
 use std::collections::BTreeMap;
-use vastlight_scene::{Filter, Image, Texels, Wrap};
+use std::sync::Arc;
+use vastlight_scene::{Filter, Wrap};
 
 /// Words of a texture.
 pub const WORDS: usize = 14;
@@ -24,34 +26,51 @@ pub const LEVELS: usize = 12;
 /// How many there are.
 pub const LEVEL_COUNT: usize = 13;
 
-/// Words of a level: the word of the texels where it begins, width, height, channels, bytes of a number.
-pub const LEVEL_WORDS: usize = 5;
+/// Words of a level: the page of its first tile, width, height, channels, bytes of a number, tiles of a row, its first texel in
+/// its page, and the edge of a tile as a power of two, [`IN_A_ROW`] for a level that is in one page row by row.
+pub const LEVEL_WORDS: usize = 8;
+/// See [`LEVEL_WORDS`].
+pub const IN_A_ROW: u32 = 32;
 
-/// Appends the textures to `tables` and their texels to `texels`. The levels come first; gives where the textures begin.
-pub(crate) fn put(tables: &mut Words, texels: &mut Words, textures: &[PreparedTexture<'_>]) -> u32 {
-    let mut known: BTreeMap<usize, u32> = BTreeMap::new();
+/// Appends the textures, whose tiles are counted from a page on, or from another one those that stay on the device. The levels come
+/// first; gives where the textures begin.
+pub(super) fn put(
+    tables: &mut Words,
+    textures: &[PreparedTexture<'_>],
+    tiled: &[TiledTexture],
+    [first_tile, first_kept]: [u32; 2],
+) -> u32 {
+    let mut known: BTreeMap<(usize, usize), u32> = BTreeMap::new();
     let levels: Vec<u32> = textures
         .iter()
-        .map(|texture| {
-            let first = tables.offset();
-            for image in std::iter::once(texture.image).chain(texture.smaller.iter()) {
-                let start = *known
-                    .entry(std::ptr::from_ref(image).addr())
-                    .or_insert_with(|| put_texels(texels, image));
-                tables.u32s(&[start, image.width, image.height, u32::from(image.channels.clamp(1, 4))]);
-                tables.u32(image.texels.number_bytes() as u32);
-            }
-            first
+        .zip(tiled)
+        .map(|(texture, tiled)| {
+            let key = (Arc::as_ptr(&tiled.grid).addr(), tiled.levels);
+            *known.entry(key).or_insert_with(|| {
+                let first = tables.offset();
+                put_levels(tables, texture, tiled, if tiled.kept { first_kept } else { first_tile });
+                first
+            })
         })
         .collect();
     let first = tables.offset();
-    for (texture, levels) in textures.iter().zip(levels) {
-        put_texture(tables, texture, levels);
+    for ((texture, tiled), levels) in textures.iter().zip(tiled).zip(levels) {
+        put_texture(tables, texture, levels, tiled.levels as u32);
     }
     first
 }
 
-fn put_texture(tables: &mut Words, texture: &PreparedTexture<'_>, levels: u32) {
+fn put_levels(tables: &mut Words, texture: &PreparedTexture<'_>, tiled: &TiledTexture, first_page: u32) {
+    let image = texture.image;
+    let (channels, bytes) = (u32::from(image.channels.clamp(1, 4)), image.texels.number_bytes() as u32);
+    for (number, level) in tiled.grid.levels().iter().enumerate().take(tiled.levels) {
+        let edge = if number < tiled.grid.tail() { tiled.grid.edge() } else { IN_A_ROW };
+        tables.u32s(&[first_page + level.page, level.width, level.height, channels, bytes]);
+        tables.u32s(&[level.across, level.texel, edge]);
+    }
+}
+
+fn put_texture(tables: &mut Words, texture: &PreparedTexture<'_>, levels: u32, count: u32) {
     texture.matrix.iter().for_each(|row| tables.f32s(row));
     tables.f32(texture.texels);
     tables.u32s(&texture.wrap.map(|wrap| match wrap {
@@ -61,31 +80,5 @@ fn put_texture(tables: &mut Words, texture: &PreparedTexture<'_>, levels: u32) {
     }));
     tables.u32(u32::from(texture.filter == Filter::Nearest));
     tables.u32(u32::from(texture.reader.is_srgb()));
-    tables.u32s(&[texture.uv_set, levels, 1 + texture.smaller.len() as u32]);
-}
-
-/// Appends the numbers of an image's texels; white ones where it has too few. Gives where they begin.
-fn put_texels(words: &mut Words, image: &Image) -> u32 {
-    let first = words.offset();
-    let numbers = image.width as usize * image.height as usize * usize::from(image.channels.clamp(1, 4));
-    match &image.texels {
-        Texels::U8(data) => put_bytes(words, padded(data, numbers, u8::MAX)),
-        Texels::U16(data) => put_bytes(words, padded(data, numbers, u16::MAX).flat_map(u16::to_le_bytes)),
-        Texels::F32(data) => {
-            let finite = |x: f32| if x.is_finite() { x } else { 0.0 };
-            padded(data, numbers, 1.0).for_each(|x| words.f32(finite(x)));
-        }
-    }
-    first
-}
-
-fn padded<T: Copy>(data: &[T], count: usize, with: T) -> impl Iterator<Item = T> {
-    data.iter().copied().chain(std::iter::repeat(with)).take(count)
-}
-
-fn put_bytes(words: &mut Words, mut bytes: impl Iterator<Item = u8>) {
-    while let Some(first) = bytes.next() {
-        let rest: [u8; 3] = std::array::from_fn(|_| bytes.next().unwrap_or(0));
-        words.u32(u32::from_le_bytes([first, rest[0], rest[1], rest[2]]));
-    }
+    tables.u32s(&[texture.uv_set, levels, count]);
 }

@@ -98,9 +98,8 @@ fn on_gpu(
 ) -> Result<Exit, Error> {
     let config = TracerConfig { layout: Layout::Compact, ..arguments.structure.config() };
     let tracer = Tracer::new(scene, &config).map_err(|e| build_error(&e))?;
-    let words = tracer.words().map_err(|e| build_error(&e))?;
     let mut executor = common.executor(choice)?;
-    let on_device = DeviceTracer::new(&mut executor, &words)?;
+    let on_device = DeviceTracer::new(&mut executor, &tracer)?;
     let bytes = executor.held_bytes();
     let figures = gpu::bench::trace(&mut executor, &on_device, rays, arguments.occluded, arguments.repeat)?;
     let line = json!({

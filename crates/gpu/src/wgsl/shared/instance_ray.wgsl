@@ -11,6 +11,7 @@ const TREE_ROOT: u32 = 0u;
 const TREE_INSTANCES: u32 = 1u;
 const TREE_EXTENT: u32 = 3u;
 const TREE_MARGIN: u32 = 4u;
+const TREE_PAGE_SHIFT: u32 = 7u;
 /// Parameters of rays that go on for ever.
 const FAR: f32 = 3e38;
 

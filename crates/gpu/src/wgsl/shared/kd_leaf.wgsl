@@ -1,4 +1,4 @@
-// The triangles in a leaf of a kd-tree. Who includes this has what `kd` asks for, and the binding `pages`: blocks of eight triangles.
+// The triangles in a leaf of a kd-tree. Who includes this has what `kd` asks for, and the binding `blocks`: blocks of eight triangles.
 //#include kd
 
 const KD_BLOCK_WORDS: u32 = 80u;
@@ -10,7 +10,7 @@ fn kd_test(ray: ptr<function, MeshRay>, leaf: u32, best: ptr<function, Hit>) -> 
     var found = false;
     for (var lane = 0u; lane < lanes; lane++) {
         let at = (first + lane / 8u) * KD_BLOCK_WORDS + lane % 8u;
-        let prim = pages[at + 72u];
+        let prim = blocks[at + 72u];
         if (prim == NONE) {
             break;
         }
@@ -23,5 +23,5 @@ fn kd_test(ray: ptr<function, MeshRay>, leaf: u32, best: ptr<function, Hit>) -> 
 }
 
 fn kd_corner(at: u32) -> vec3<f32> {
-    return vec3<f32>(bitcast<f32>(pages[at]), bitcast<f32>(pages[at + 8u]), bitcast<f32>(pages[at + 16u]));
+    return vec3<f32>(bitcast<f32>(blocks[at]), bitcast<f32>(blocks[at + 8u]), bitcast<f32>(blocks[at + 16u]));
 }

@@ -1,20 +1,19 @@
 // Where things stand in the records of `tables`: as in `vastlight-transport`, `words`.
 
 // Materials.
-const MATERIAL_WORDS: u32 = 111u;
+const MATERIAL_WORDS: u32 = 110u;
 const MATERIAL_UV_SETS: u32 = 1u;
-const MATERIAL_TANGENT_SET: u32 = 2u;
-const MATERIAL_IOR: u32 = 3u;
-const MATERIAL_ATTENUATION: u32 = 4u;
-const MATERIAL_CONDUCTOR: u32 = 7u;
-const MATERIAL_DISPERSION: u32 = 16u;
-const MATERIAL_ANISOTROPY: u32 = 17u;
-const MATERIAL_ANISOTROPY_DIRECTION: u32 = 18u;
-const MATERIAL_IRIDESCENCE_IOR: u32 = 20u;
-const MATERIAL_THICKNESS: u32 = 21u;
-const MATERIAL_CUTOFF: u32 = 23u;
-const MATERIAL_NORMAL_SCALES: u32 = 24u;
-const MATERIAL_INPUTS: u32 = 26u;
+const MATERIAL_IOR: u32 = 2u;
+const MATERIAL_ATTENUATION: u32 = 3u;
+const MATERIAL_CONDUCTOR: u32 = 6u;
+const MATERIAL_DISPERSION: u32 = 15u;
+const MATERIAL_ANISOTROPY: u32 = 16u;
+const MATERIAL_ANISOTROPY_DIRECTION: u32 = 17u;
+const MATERIAL_IRIDESCENCE_IOR: u32 = 19u;
+const MATERIAL_THICKNESS: u32 = 20u;
+const MATERIAL_CUTOFF: u32 = 22u;
+const MATERIAL_NORMAL_SCALES: u32 = 23u;
+const MATERIAL_INPUTS: u32 = 25u;
 const MATERIAL_INPUT_WORDS: u32 = 5u;
 const MATERIAL_EXACT: u32 = 256u;
 const MATERIAL_ALL_INPUTS: u32 = 17u;
@@ -63,19 +62,28 @@ const TEXTURE_SRGB: u32 = 10u;
 const TEXTURE_UV_SET: u32 = 11u;
 const TEXTURE_LEVELS: u32 = 12u;
 const TEXTURE_LEVEL_COUNT: u32 = 13u;
-const TEXTURE_LEVEL_WORDS: u32 = 5u;
+const TEXTURE_LEVEL_WORDS: u32 = 8u;
+// Levels: page of the first tile, width, height, channels, bytes of a number, tiles of a row, first texel, edge of a tile.
+const LEVEL_PAGE: u32 = 0u;
+const LEVEL_WIDTH: u32 = 1u;
+const LEVEL_HEIGHT: u32 = 2u;
+const LEVEL_CHANNELS: u32 = 3u;
+const LEVEL_NUMBER_BYTES: u32 = 4u;
+const LEVEL_ACROSS: u32 = 5u;
+const LEVEL_TEXEL: u32 = 6u;
+const LEVEL_EDGE: u32 = 7u;
+const LEVEL_IN_A_ROW: u32 = 32u;
 
 // Meshes and instances.
-const GEOMETRY_MESH_WORDS: u32 = 12u;
-const GEOMETRY_TRIANGLES: u32 = 0u;
-const GEOMETRY_POSITIONS: u32 = 1u;
-const GEOMETRY_NORMALS: u32 = 2u;
-const GEOMETRY_TANGENTS: u32 = 3u;
-const GEOMETRY_COLORS: u32 = 4u;
-const GEOMETRY_UVS: u32 = 5u;
-const GEOMETRY_PARTS: u32 = 9u;
-const GEOMETRY_PART_COUNT: u32 = 10u;
-const GEOMETRY_VEILED: u32 = 11u;
+const GEOMETRY_MESH_WORDS: u32 = 6u;
+const GEOMETRY_ATTRIBUTES: u32 = 0u;
+const GEOMETRY_UNSCALE: u32 = 1u;
+const GEOMETRY_FIRST_BLOCK: u32 = 2u;
+const GEOMETRY_PARTS: u32 = 3u;
+const GEOMETRY_PART_COUNT: u32 = 4u;
+const GEOMETRY_VEILED: u32 = 5u;
+/// Triangles of a block of a mesh's triangles in their own order.
+const GEOMETRY_BLOCK: u32 = 4096u;
 const GEOMETRY_INSTANCE_WORDS: u32 = 26u;
 const GEOMETRY_MAP: u32 = 0u;
 const GEOMETRY_NORMAL_MAP: u32 = 12u;

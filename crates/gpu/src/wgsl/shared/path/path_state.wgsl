@@ -21,21 +21,28 @@ const PATH_RAY_ORIGIN: u32 = 26u;
 const PATH_RAY_DIRECTION: u32 = 29u;
 // What it met: t, weights, instance, triangle.
 const PATH_HIT: u32 = 32u;
+// Where that is: the triangle's corners in its mesh, its block and its place there.
+const PATH_CORNERS: u32 = 37u;
+const PATH_BLOCK: u32 = 46u;
+// Of the shadow ray: the channels that are blocked, in the place of the hit, which is shaded by then.
+const PATH_BLOCKED: u32 = 32u;
+// From which subtree on the ray walks again.
+const PATH_RESTART: u32 = 48u;
 // The shadow ray: origin, direction, length, what it carries.
-const PATH_SHADOW_ORIGIN: u32 = 37u;
-const PATH_SHADOW_DIRECTION: u32 = 40u;
-const PATH_SHADOW_LENGTH: u32 = 43u;
-const PATH_SHADOW_RADIANCE: u32 = 44u;
+const PATH_SHADOW_ORIGIN: u32 = 51u;
+const PATH_SHADOW_DIRECTION: u32 = 54u;
+const PATH_SHADOW_LENGTH: u32 = 57u;
+const PATH_SHADOW_RADIANCE: u32 = 58u;
 // What becomes of the path.
-const SAMPLE_RADIANCE: u32 = 47u;
-const SAMPLE_ALBEDO: u32 = 50u;
-const SAMPLE_NORMAL: u32 = 53u;
-const SAMPLE_POSITION: u32 = 56u;
-const SAMPLE_DEPTH: u32 = 59u;
-const SAMPLE_COVERAGE: u32 = 60u;
-const SAMPLE_OBJECT: u32 = 61u;
-const SAMPLE_MATERIAL: u32 = 62u;
-const PATH_FIELDS: u32 = 63u;
+const SAMPLE_RADIANCE: u32 = 61u;
+const SAMPLE_ALBEDO: u32 = 64u;
+const SAMPLE_NORMAL: u32 = 67u;
+const SAMPLE_POSITION: u32 = 70u;
+const SAMPLE_DEPTH: u32 = 73u;
+const SAMPLE_COVERAGE: u32 = 74u;
+const SAMPLE_OBJECT: u32 = 75u;
+const SAMPLE_MATERIAL: u32 = 76u;
+const PATH_FIELDS: u32 = 77u;
 
 /// In the flags: the path has scattered at a surface that is not perfectly specular; it carries one wavelength.
 const PATH_SCATTERED: u32 = 1u;

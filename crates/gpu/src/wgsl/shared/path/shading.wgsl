@@ -39,7 +39,8 @@ fn textured_emission(instance: u32, prim: u32, weights: vec2<f32>) -> vec3<f32> 
         return vec3<f32>(0.0);
     }
     let whole = vec3<f32>(1.0 - weights.x - weights.y, weights);
-    var point = surface_point(mesh, corners_of(mesh, prim), whole, tables[material + MATERIAL_UV_SETS]);
+    let records = records_of(tables[mesh + GEOMETRY_ATTRIBUTES], place_by_number(mesh, prim));
+    var point = surface_point(records, whole, tables[material + MATERIAL_UV_SETS]);
     var value = vec4<f32>(0.0);
     var emission = vec3<f32>(0.0);
     for (var i = 0u; i < 2u; i++) {

@@ -1,16 +1,20 @@
 // From a hit to a surface as in `vastlight-transport`, `surface`, `placement`, `corners`, `cone`: position with an error bound,
-// normals, tangent, texture coordinates, colour. Who includes this has the bindings `tables` and `corners`.
+// normals, tangent, texture coordinates, colour. Who includes this has the binding `tables` and what the part `records` asks for.
 //#include frame
 //#include material
+//#include records
 
 const ABSENT: u32 = 0xffffffffu;
 
-/// What a ray met: where along it, weights of the second and third corner, instance, triangle.
+/// What a ray met: where along it, weights of the second and third corner, instance, triangle; its block and place, and its corners in
+/// the space of its pages, where its mesh is in pages.
 struct Meeting {
     t: f32,
     weights: vec2<f32>,
     instance: u32,
     prim: u32,
+    place: TrianglePlace,
+    corners: array<vec3<f32>, 3>,
 }
 
 struct Surface {
@@ -71,36 +75,6 @@ fn material_of_triangle(mesh: u32, prim: u32) -> u32 {
     return tables[first + 2u * low - 1u];
 }
 
-/// The numbers of a triangle's corners.
-fn corners_of(mesh: u32, prim: u32) -> vec3<u32> {
-    let at = tables[mesh + GEOMETRY_TRIANGLES] + 3u * prim;
-    return vec3<u32>(corners[at], corners[at + 1u], corners[at + 2u]);
-}
-
-fn corner_f32(at: u32) -> f32 {
-    return bitcast<f32>(corners[at]);
-}
-
-fn corner_vec2(first: u32, corner: u32) -> vec2<f32> {
-    let at = first + 2u * corner;
-    return vec2<f32>(corner_f32(at), corner_f32(at + 1u));
-}
-
-fn corner_vec3(first: u32, corner: u32) -> vec3<f32> {
-    let at = first + 3u * corner;
-    return vec3<f32>(corner_f32(at), corner_f32(at + 1u), corner_f32(at + 2u));
-}
-
-fn corner_vec4(first: u32, corner: u32) -> vec4<f32> {
-    let at = first + 4u * corner;
-    return vec4<f32>(corner_f32(at), corner_f32(at + 1u), corner_f32(at + 2u), corner_f32(at + 3u));
-}
-
-fn blend_vec3(first: u32, corner: vec3<u32>, weights: vec3<f32>) -> vec3<f32> {
-    return corner_vec3(first, corner.x) * weights.x + corner_vec3(first, corner.y) * weights.y
-        + corner_vec3(first, corner.z) * weights.z;
-}
-
 /// The product of an instance's map with a vector.
 fn map_vector(instance: u32, v: vec3<f32>) -> vec3<f32> {
     return table_vec3(instance) * v.x + table_vec3(instance + 3u) * v.y + table_vec3(instance + 6u) * v.z;
@@ -119,56 +93,66 @@ fn placement_error(instance: u32, largest_coordinate: f32, position: vec3<f32>) 
     return table_f32(at + 1u) * world;
 }
 
+/// A meeting with a mesh whose triangles are in blocks in their own order.
+fn meeting_by_number(t: f32, weights: vec2<f32>, instance: u32, prim: u32) -> Meeting {
+    let nowhere = array<vec3<f32>, 3>(vec3<f32>(0.0), vec3<f32>(0.0), vec3<f32>(0.0));
+    return Meeting(t, weights, instance, prim, place_by_number(mesh_record(instance), prim), nowhere);
+}
+
+/// The records of a triangle that was met.
+fn records_at(met: Meeting) -> Records {
+    return records_of(tables[mesh_record(met.instance) + GEOMETRY_ATTRIBUTES], met.place);
+}
+
 /// Texture coordinates and colour alone: all that alpha depends on.
-fn surface_point(mesh: u32, corner: vec3<u32>, weights: vec3<f32>, uv_sets: u32) -> ShadingPoint {
+fn surface_point(records: Records, weights: vec3<f32>, uv_sets: u32) -> ShadingPoint {
     var point: ShadingPoint;
     for (var uv_set = 0u; uv_set < min(uv_sets, UV_SETS); uv_set++) {
-        let first = tables[mesh + GEOMETRY_UVS + uv_set];
-        if (first != ABSENT) {
-            point.uvs[uv_set] = corner_vec2(first, corner.x) * weights.x + corner_vec2(first, corner.y) * weights.y
-                + corner_vec2(first, corner.z) * weights.z;
+        if (has_attribute(records, ATTRIBUTE_UVS << uv_set)) {
+            let at = uvs_of(records, uv_set);
+            point.uvs[uv_set] = record_vec2(records, at, 0u) * weights.x + record_vec2(records, at, 1u) * weights.y
+                + record_vec2(records, at, 2u) * weights.z;
         }
     }
     point.color = vec4<f32>(1.0);
-    let colors = tables[mesh + GEOMETRY_COLORS];
-    if (colors != ABSENT) {
-        point.color = corner_vec4(colors, corner.x) * weights.x + corner_vec4(colors, corner.y) * weights.y
-            + corner_vec4(colors, corner.z) * weights.z;
+    if (has_attribute(records, ATTRIBUTE_COLORS)) {
+        point.color = blend_vec4(records, colors_of(records), weights);
     }
     return point;
 }
 
 /// Twice the area of a triangle of texture coordinates.
-fn uv_area(first: u32, corner: vec3<u32>) -> f32 {
-    let a = corner_vec2(first, corner.x);
-    let b = corner_vec2(first, corner.y) - a;
-    let c = corner_vec2(first, corner.z) - a;
+fn uv_area(records: Records, uv_set: u32) -> f32 {
+    let at = uvs_of(records, uv_set);
+    let a = record_vec2(records, at, 0u);
+    let b = record_vec2(records, at, 1u) - a;
+    let c = record_vec2(records, at, 2u) - a;
     return b.x * c.y - b.y * c.x;
 }
 
-/// The direction of growing u in object space, and the bitangent's sign.
-fn tangent_of_uvs(first: u32, corner: vec3<u32>, edges: array<vec3<f32>, 2>) -> vec4<f32> {
-    let a = corner_vec2(first, corner.x);
-    let d1 = corner_vec2(first, corner.y) - a;
-    let d2 = corner_vec2(first, corner.z) - a;
-    let sign_of = real_copysign(1.0, d1.x * d2.y - d1.y * d2.x);
-    return vec4<f32>((edges[0] * d2.y - edges[1] * d1.y) * sign_of, -sign_of);
+/// The tangent in world space; zero where there is none. Meshes whose materials need tangents have them.
+fn surface_tangent(records: Records, instance: u32, weights: vec3<f32>) -> vec4<f32> {
+    if (!has_attribute(records, ATTRIBUTE_TANGENTS)) {
+        return vec4<f32>(0.0);
+    }
+    let at = tangents_of(records);
+    let blended = blend_vec4(records, at, weights);
+    let side = record_vec4(records, at, 0u).w;
+    return vec4<f32>(map_vector(instance, blended.xyz), side * table_f32(instance + GEOMETRY_HANDEDNESS));
 }
 
-/// The tangent in world space; zero where there is none.
-fn surface_tangent(
-    mesh: u32, instance: u32, corner: vec3<u32>, weights: vec3<f32>, edges: array<vec3<f32>, 2>, uv_set: u32
-) -> vec4<f32> {
-    var tangent = vec4<f32>(0.0);
-    let own = tables[mesh + GEOMETRY_TANGENTS];
-    if (own != ABSENT) {
-        let blended = corner_vec4(own, corner.x) * weights.x + corner_vec4(own, corner.y) * weights.y
-            + corner_vec4(own, corner.z) * weights.z;
-        tangent = vec4<f32>(blended.xyz, corner_vec4(own, corner.x).w);
-    } else if (uv_set < UV_SETS && tables[mesh + GEOMETRY_UVS + uv_set] != ABSENT) {
-        tangent = tangent_of_uvs(tables[mesh + GEOMETRY_UVS + uv_set], corner, edges);
+/// The corners of a triangle in its mesh's space.
+fn corners_at(met: Meeting, records: Records) -> array<vec3<f32>, 3> {
+    var corners = met.corners;
+    let unscale = table_f32(mesh_record(met.instance) + GEOMETRY_UNSCALE);
+    for (var corner = 0u; corner < 3u; corner++) {
+        if (has_attribute(records, ATTRIBUTE_POSITIONS)) {
+            corners[corner] = record_vec3(records, positions_of(records), corner);
+        } else {
+            corners[corner] *= unscale;
+        }
     }
-    return vec4<f32>(map_vector(instance, tangent.xyz), tangent.w * table_f32(instance + GEOMETRY_HANDEDNESS));
+    return corners;
 }
 
 /// The unit normal of a triangle with these edges, in object space.
@@ -184,42 +168,36 @@ fn length_bound(v: vec3<f32>) -> f32 {
 }
 
 /// The surface at a meeting, seen along `direction` through a cone. Texture coordinates of `uv_sets` sets are found, and
-/// a tangent if `tangent_set` is one.
-fn surface_at(met: Meeting, direction: vec3<f32>, cone: Cone, uv_sets: u32, tangent_set: u32) -> Surface {
+/// the tangent if it is needed.
+fn surface_at(met: Meeting, direction: vec3<f32>, cone: Cone, uv_sets: u32, needs_tangent: bool) -> Surface {
     let instance = instance_record(met.instance);
-    let mesh = mesh_record(met.instance);
-    let corner = corners_of(mesh, met.prim);
+    let records = records_at(met);
     let weights = vec3<f32>(1.0 - met.weights.x - met.weights.y, met.weights.x, met.weights.y);
-    let positions = tables[mesh + GEOMETRY_POSITIONS];
-    let a = corner_vec3(positions, corner.x);
-    let b = corner_vec3(positions, corner.y);
-    let c = corner_vec3(positions, corner.z);
-    let edges = array<vec3<f32>, 2>(b - a, c - a);
+    let corners = corners_at(met, records);
+    let edges = array<vec3<f32>, 2>(corners[1] - corners[0], corners[2] - corners[0]);
 
     var surface: Surface;
-    let inside = a * weights.x + b * weights.y + c * weights.z;
+    let inside = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
     surface.position = map_vector(instance, inside) + table_vec3(instance + 9u);
     surface.normal = map_normal(instance, face_normal(edges), vec3<f32>(0.0, 0.0, 1.0));
     let n = abs(surface.normal);
-    let reach = max(max(length_bound(a), length_bound(b)), length_bound(c));
+    let reach = max(max(length_bound(corners[0]), length_bound(corners[1])), length_bound(corners[2]));
     surface.offset = placement_error(instance, reach, surface.position) * (n.x + n.y + n.z);
     surface.smooth_normal = surface.normal;
-    let normals = tables[mesh + GEOMETRY_NORMALS];
-    if (normals != ABSENT) {
-        let blended = map_normal(instance, blend_vec3(normals, corner, weights), surface.normal);
+    if (has_attribute(records, ATTRIBUTE_NORMALS)) {
+        let blended = map_normal(instance, blend_vec3(records, 0u, weights), surface.normal);
         surface.smooth_normal = select(blended, -blended, dot(blended, surface.normal) < 0.0);
     }
-    if (tangent_set != ABSENT) {
-        surface.tangent = surface_tangent(mesh, instance, corner, weights, edges, tangent_set);
+    if (needs_tangent) {
+        surface.tangent = surface_tangent(records, instance, weights);
     }
-    surface.point = surface_point(mesh, corner, weights, uv_sets);
+    surface.point = surface_point(records, weights, uv_sets);
     if (uv_sets > 0u) {
         let width = cone_moved(cone, met.t).width;
         let seen = abs(dot(cross(map_vector(instance, edges[0]), map_vector(instance, edges[1])), direction));
         for (var uv_set = 0u; uv_set < min(uv_sets, UV_SETS); uv_set++) {
-            let first = tables[mesh + GEOMETRY_UVS + uv_set];
-            if (first != ABSENT && seen > 0.0) {
-                surface.point.areas[uv_set] = width * width * abs(uv_area(first, corner)) / seen;
+            if (has_attribute(records, ATTRIBUTE_UVS << uv_set) && seen > 0.0) {
+                surface.point.areas[uv_set] = width * width * abs(uv_area(records, uv_set)) / seen;
             }
         }
     }

@@ -8,3 +8,6 @@ const TABLES_TEXTURES: u32 = 3u;
 const TABLES_MESHES: u32 = 4u;
 const TABLES_CAMERA: u32 = 5u;
 const TABLES_SRGB: u32 = 6u;
+const TABLES_BLOCKS: u32 = 7u;
+const TABLES_STARTS: u32 = 8u;
+const TABLES_FIRST_ATTRIBUTES: u32 = 9u;

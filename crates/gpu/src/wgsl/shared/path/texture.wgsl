@@ -1,28 +1,22 @@
 // Lookups in textures as in `vastlight-transport`, `texture`: wrap modes, nearest and bilinear filtering, trilinear
-// between the levels of a pyramid. Who includes this has the bindings `tables` and `texels`.
+// between the levels of a pyramid, in tiles. Who includes this has the binding `tables`, the part `page_table` and a function `pool_word`.
 //#include real
 //#include table_access
 
 const LOG2_E: f32 = 1.44269504;
 
-/// The byte number `i` of the texels from a word on.
-fn texel_byte(first: u32, i: u32) -> u32 {
-    return (texels[first + (i >> 2u)] >> ((i & 3u) * 8u)) & 255u;
-}
-
-/// A stored number as a linear one. `level` is the record of its image.
-fn texel_number(level: u32, i: u32, color: bool) -> f32 {
-    let first = tables[level];
-    switch (tables[level + 4u]) {
+/// The number `i` of the page that begins at a word of the pool, as a linear one. `level` is the record of its image.
+fn texel_number(level: u32, page: u32, i: u32, color: bool) -> f32 {
+    switch (tables[level + LEVEL_NUMBER_BYTES]) {
         case 1u: {
-            let byte = texel_byte(first, i);
+            let byte = (pool_word(page + (i >> 2u)) >> ((i & 3u) * 8u)) & 255u;
             if (color) {
                 return table_f32(tables[TABLES_SRGB] + byte);
             }
             return f32(byte) * (1.0 / 255.0);
         }
         case 2u: {
-            let word = (texels[first + (i >> 1u)] >> ((i & 1u) * 16u)) & 0xffffu;
+            let word = (pool_word(page + (i >> 1u)) >> ((i & 1u) * 16u)) & 0xffffu;
             let x = f32(word) * (1.0 / 65535.0);
             if (!color) {
                 return x;
@@ -33,25 +27,36 @@ fn texel_number(level: u32, i: u32, color: bool) -> f32 {
             return real_pow((x + 0.055) / 1.055, 2.4);
         }
         default: {
-            return bitcast<f32>(texels[first + i]);
+            let word = pool_word(page + i);
+            // Neither infinite nor no number.
+            return select(0.0, bitcast<f32>(word), (word & 0x7f800000u) != 0x7f800000u);
         }
     }
 }
 
 fn texel_at(texture: u32, level: u32, column: u32, row: u32) -> vec4<f32> {
-    let channels = tables[level + 3u];
-    let first = (row * tables[level + 1u] + column) * channels;
+    let edge = tables[level + LEVEL_EDGE];
+    var tile = 0u;
+    var texel = tables[level + LEVEL_TEXEL] + row * tables[level + LEVEL_WIDTH] + column;
+    if (edge != LEVEL_IN_A_ROW) {
+        tile = (row >> edge) * tables[level + LEVEL_ACROSS] + (column >> edge);
+        let within = (1u << edge) - 1u;
+        texel = ((row & within) << edge) + (column & within);
+    }
+    let page = page_at(tables[level + LEVEL_PAGE] + tile);
+    let channels = tables[level + LEVEL_CHANNELS];
+    let first = texel * channels;
     let srgb = tables[texture + TEXTURE_SRGB] == 1u;
     var value = vec4<f32>(1.0);
-    value.x = texel_number(level, first, srgb);
+    value.x = texel_number(level, page, first, srgb);
     if (channels >= 3u) {
-        value.y = texel_number(level, first + 1u, srgb);
-        value.z = texel_number(level, first + 2u, srgb);
+        value.y = texel_number(level, page, first + 1u, srgb);
+        value.z = texel_number(level, page, first + 2u, srgb);
     } else {
         value = vec4<f32>(value.xxx, 1.0);
     }
     if (channels == 2u || channels == 4u) {
-        value.w = texel_number(level, first + channels - 1u, false);
+        value.w = texel_number(level, page, first + channels - 1u, false);
     }
     return value;
 }
@@ -78,8 +83,8 @@ fn texture_whole(x: f32) -> i32 {
 }
 
 fn texture_sample(texture: u32, level: u32, place: vec2<f32>) -> vec4<f32> {
-    let width = tables[level + 1u];
-    let height = tables[level + 2u];
+    let width = tables[level + LEVEL_WIDTH];
+    let height = tables[level + LEVEL_HEIGHT];
     var at = place * vec2<f32>(f32(width), f32(height));
     var taps = 1u;
     if (tables[texture + TEXTURE_NEAREST] == 0u) {
@@ -108,6 +113,9 @@ fn texture_lookup(number: u32, uv: vec2<f32>, area: f32) -> vec4<f32> {
         return vec4<f32>(1.0);
     }
     let texture = record_of(TABLES_TEXTURES, number, TEXTURE_WORDS);
+    if (tables[texture + TEXTURE_LEVEL_COUNT] == 0u) {
+        return vec4<f32>(1.0);
+    }
     let u_row = table_vec3(texture + TEXTURE_MATRIX);
     let v_row = table_vec3(texture + TEXTURE_MATRIX + 3u);
     let place = vec2<f32>(u_row.x * uv.x + u_row.y * uv.y + u_row.z, v_row.x * uv.x + v_row.y * uv.y + v_row.z);

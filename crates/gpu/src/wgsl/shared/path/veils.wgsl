@@ -10,8 +10,7 @@ fn alpha_is_there(met: Meeting, key: u32) -> bool {
         return true;
     }
     let weights = vec3<f32>(1.0 - met.weights.x - met.weights.y, met.weights.x, met.weights.y);
-    let corner = corners_of(mesh, met.prim);
-    var point = surface_point(mesh, corner, weights, tables[material + MATERIAL_UV_SETS]);
+    var point = surface_point(records_at(met), weights, tables[material + MATERIAL_UV_SETS]);
     let alpha = material_alpha(material, material_input(material, INPUT_ALPHA, &point), point.color);
     return alpha >= 1.0 || (alpha > 0.0 && hash_to_unit(key, met.instance, met.prim) < alpha);
 }
