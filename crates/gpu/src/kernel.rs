@@ -154,8 +154,15 @@ const SHARED: &[(&str, &str)] = &[
 /// Every kernel.
 #[must_use]
 pub fn all() -> Vec<&'static Kernel> {
-    [&primitives::KERNELS[..], &trace::KERNELS, &path::KERNELS, &path::STREAM_KERNELS, &page::KERNELS, &build::KERNELS]
-        .concat()
+    [
+        &primitives::KERNELS[..],
+        &trace::KERNELS,
+        &path::KERNELS,
+        &path::STREAM_KERNELS,
+        &page::KERNELS,
+        &build::KERNELS,
+    ]
+    .concat()
 }
 
 impl Kernel {

@@ -271,7 +271,9 @@ mod tests {
     #[test]
     fn every_mesh_finds_the_triangles_of_its_own_pages() {
         let mesh = |count: u32| Mesh {
-            positions: (0..3 * count).map(|i| Vec3::new((i % 97) as f32, (i % 89) as f32, (i % 7) as f32)).collect(),
+            positions: (0..3 * count)
+                .map(|i| Vec3::new((i % 97) as f32, (i % 89) as f32, (i % 7) as f32))
+                .collect(),
             triangles: (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
             ..Mesh::default()
         };

@@ -207,7 +207,8 @@ impl<'s> MaterialTable<'s> {
 
     /// The most tiles that the evaluation of a material needs if all its textures are in tiles.
     pub(crate) fn most_tiles_of_all(&self) -> usize {
-        let textures = |row: &Row<'_>| row.material.textures().iter().map(|used| used.0).collect::<BTreeSet<_>>();
+        let textures =
+            |row: &Row<'_>| row.material.textures().iter().map(|used| used.0).collect::<BTreeSet<_>>();
         TILES_OF_LOOKUP * self.rows.iter().map(|row| textures(row).len()).max().unwrap_or(0)
     }
 

@@ -28,8 +28,9 @@ const NONE: u32 = u32::MAX;
 const MOST_USES: u32 = 31;
 /// Uses are forgotten after so many swaps, as published.
 const FORGET_AFTER: u32 = 10;
-/// Bytes that are sent at once.
-const STAGING_BYTES: u64 = 4 << 20;
+/// Bytes that are sent at once: a part of the scene within bounds.
+const STAGING_BYTES: std::ops::RangeInclusive<u64> = 1 << 18..=4 << 20;
+const STAGING_PART: u64 = 8;
 /// Bytes of a page while pages are sorted.
 const SORTING_BYTES: u64 = 48;
 
@@ -72,6 +73,8 @@ pub struct DevicePages {
     pool: [Resident; 2],
     table: Resident,
     swaps: u32,
+    /// Whether the last swap brought nothing.
+    nothing_came: bool,
     stats: PageStats,
 }
 
@@ -98,8 +101,7 @@ impl DevicePages {
         let kinds = *pages.kinds();
         let count: usize = kinds.iter().map(|kind| kind.pages as usize).sum();
         let table = executor.keep("table of pages", &vec![NONE; (PAGE_WORDS * count).max(1)])?;
-        let working = STAGING_BYTES + SORTING_BYTES * count as u64;
-        let working = executor.allocate("bringing pages", working);
+        let working = executor.allocate("bringing pages", working_bytes(&kinds));
         let working = working.inspect_err(|_| executor.release(table))?;
         let made = Self::pool(executor, &kinds, one_buffer);
         executor.release(working);
@@ -114,7 +116,7 @@ impl DevicePages {
         };
         let Layout { slots, free, .. } = layout;
         let places = vec![NONE; count];
-        let mut made = Self { kinds, slots, free, places, pool, table, swaps: 0, stats };
+        let mut made = Self { kinds, slots, free, places, pool, table, swaps: 0, nothing_came: false, stats };
         let done = made.fill(executor, pages);
         done.inspect_err(|_| made.release(executor)).map(|()| made)
     }
@@ -125,7 +127,7 @@ impl DevicePages {
         let count: u64 = pages.kinds().iter().map(|kind| u64::from(kind.pages)).sum();
         let all: u64 = pages.kinds().iter().map(bytes_of).sum();
         // Sizes are rounded up.
-        (all + STAGING_BYTES + (SORTING_BYTES + 4 * PAGE_WORDS as u64) * count) / 4 * 5
+        (all + working_bytes(pages.kinds()) + 4 * PAGE_WORDS as u64 * count) / 4 * 5
     }
 
     /// The largest pool that memory allows, and its slots.
@@ -207,12 +209,12 @@ impl DevicePages {
         pages: &mut ScenePages<'_>,
         wanted: &[u32],
     ) -> Result<(), GpuError> {
-        let mut rest = wanted;
+        let (mut rest, staging) = (wanted, staging_bytes(&self.kinds));
         while !rest.is_empty() {
             let mut bytes = 0;
             let fits = |page: &&u32| {
                 bytes += 4 * words_of_slot(&self.kinds[self.kind_of(**page)]);
-                bytes <= STAGING_BYTES
+                bytes <= staging
             };
             let together = rest.iter().take_while(fits).count().max(1).min(MOST_TOGETHER);
             let (now, later) = rest.split_at(together);
@@ -271,6 +273,17 @@ impl DevicePages {
 /// Pages that are sent at once at most: one dispatch.
 const MOST_TOGETHER: usize = (WORKGROUPS_PER_AXIS * GROUP) as usize;
 
+fn staging_bytes(kinds: &[PageKind; KINDS]) -> u64 {
+    let all: u64 = kinds.iter().map(bytes_of).sum();
+    (all / STAGING_PART).clamp(*STAGING_BYTES.start(), *STAGING_BYTES.end())
+}
+
+/// What it takes to sort pages and to bring some.
+fn working_bytes(kinds: &[PageKind; KINDS]) -> u64 {
+    let count: u64 = kinds.iter().map(|kind| u64::from(kind.pages)).sum();
+    staging_bytes(kinds) + SORTING_BYTES * count
+}
+
 fn words_of_slot(kind: &PageKind) -> u64 {
     u64::from(kind.slot_bytes).div_ceil(4)
 }
@@ -305,8 +318,7 @@ impl Layout {
             let more = u64::from(kind.pages - kind.least) * rest / (all - least).max(1);
             kind.least + more as u32
         };
-        let mut layout =
-            Self { slots: kinds.each_ref().map(share), free: Default::default(), words: [0; 2] };
+        let mut layout = Self { slots: kinds.each_ref().map(share), free: Default::default(), words: [0; 2] };
         let (mut at, mut end) = (0_u64, binding);
         for (number, kind) in kinds.iter().enumerate() {
             let (words, mut made) = (words_of_slot(kind), Vec::new());

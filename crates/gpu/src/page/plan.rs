@@ -3,8 +3,8 @@
 //! Why it ends: who waits asks for what it has not found, and from its second pass on also for what it has found. Pages are ordered by
 //! who asks, so those of the waiting path with the least number stay or come, if there are slots for as many as one path may need. In
 //! its next pass that path has them all and goes on: its ray by a turn at least (see the part `walk`), its shading by a level at least
-//! of the chain from attributes to textures. Turns are finite. Where a path needs more pages than there are slots nothing would come
-//! any more, and that is an error.
+//! of the chain from attributes to textures. Turns are finite. Where a path needs more pages than there are slots nothing comes
+//! twice, and that is an error.
 
 use super::{DevicePages, FORGET_AFTER, NONE, PageBuffers};
 use crate::error::GpuError;
@@ -43,7 +43,11 @@ impl DevicePages {
     ///
     /// # Errors
     /// There are more pages than can be sorted.
-    pub fn record_plan(&mut self, recording: &mut Recording, buffers: &PageBuffers) -> Result<Plan, GpuError> {
+    pub fn record_plan(
+        &mut self,
+        recording: &mut Recording,
+        buffers: &PageBuffers,
+    ) -> Result<Plan, GpuError> {
         let pages = self.places.len() as u32;
         let [_, second, third, fourth] = self.kinds.map(|kind| kind.first);
         self.swaps += 1;
@@ -107,11 +111,13 @@ impl DevicePages {
             list
         };
         let (come, leave) = (list(plan.come), list(plan.leave));
-        if come.is_empty() {
+        // Once may be for those that found all they needed, and asked for it so that it stays.
+        if come.is_empty() && self.nothing_came {
             let what = "what one path needs of the scene at once".to_owned();
             let (wanted_bytes, held_bytes) = (self.stats.slot_bytes + 1, executor.held_bytes());
             return Err(GpuError::OutOfMemory { what, wanted_bytes, held_bytes });
         }
+        self.nothing_came = come.is_empty();
         let mut wanted = [0_usize; KINDS];
         come.iter().for_each(|&page| wanted[self.kind_of(page)] += 1);
         let mut gone = Vec::new();

@@ -247,7 +247,11 @@ impl<'r> DeviceRenderer<'r> {
     }
 
     fn segments_at_once(&self) -> u32 {
-        if self.is_single() || !self.pages.has_all() { 1 } else { SEGMENTS.min(self.renderer.settings().max_depth.max(1)) }
+        if self.is_single() || !self.pages.has_all() {
+            1
+        } else {
+            SEGMENTS.min(self.renderer.settings().max_depth.max(1))
+        }
     }
 
     /// The start of a wave: what `GENERATE` is told.

@@ -80,8 +80,7 @@ impl DeviceRenderer<'_> {
             Stage::Shade => {
                 self.take(recording, b, (pass, pass.full(paths)), (0, SPARE));
                 let [first, second] = b.pages.pool;
-                let seen =
-                    [b.tables, b.lights, first, second, b.pages.table, b.paths, b.queues, b.tails];
+                let seen = [b.tables, b.lights, first, second, b.pages.table, b.paths, b.queues, b.tails];
                 let parameters = self.shade_parameters(pass);
                 recording.dispatch(&SHADE, &parameters, &seen, Groups::Indirect(b.workgroups, 0));
             }

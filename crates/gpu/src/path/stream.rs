@@ -125,8 +125,7 @@ impl Waiting {
 
         self.next(recording, LEFT, [SPARE, SPARE]);
         let parameters = TraverseParameters { slots: *slots, full: LEFT, on, ended };
-        let seen =
-            [b.tree, b.blocks, b.tables, b.pages.pool[0], b.pages.table, *rays, b.queues, b.tails];
+        let seen = [b.tree, b.blocks, b.tables, b.pages.pool[0], b.pages.table, *rays, b.queues, b.tails];
         recording.dispatch(&INTERSECT_SETTLED, &parameters, &seen, self.groups());
     }
 
@@ -136,8 +135,7 @@ impl Waiting {
         self.next(recording, SHADE_RAYS, [SPARE, SPARE]);
         let parameters =
             StreamShadeParameters { slots: *slots, capacity, full: SHADE_RAYS, next: TRAVERSE, max_depth };
-        let seen =
-            [b.tables, b.lights, b.pages.pool[0], b.pages.table, b.paths, *rays, b.queues, b.tails];
+        let seen = [b.tables, b.lights, b.pages.pool[0], b.pages.table, b.paths, *rays, b.queues, b.tails];
         recording.dispatch(&STREAM_SHADE, &parameters, &seen, self.groups());
         self.next(recording, SPARE, [SHADE_RAYS, SPARE]);
     }

@@ -76,6 +76,13 @@ impl Executor {
         self.pool.held_bytes()
     }
 
+    /// Sets the most bytes that buffers take on the device from now on. Those that are not in use go; what is in use stays.
+    pub fn set_budget(&mut self, bytes: u64) {
+        self.config.budget_bytes = bytes;
+        self.pool.set_budget(bytes);
+        self.pool.trim(&self.device);
+    }
+
     /// Bytes that the budget leaves.
     #[must_use]
     pub const fn free_bytes(&self) -> u64 {

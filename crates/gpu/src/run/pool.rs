@@ -32,6 +32,10 @@ impl Pool {
         }
     }
 
+    pub(crate) const fn set_budget(&mut self, bytes: u64) {
+        self.budget_bytes = bytes;
+    }
+
     /// Bytes that buffers take on the device, used or free.
     pub(crate) const fn held_bytes(&self) -> u64 {
         self.held_bytes
@@ -86,7 +90,7 @@ impl Pool {
     }
 
     /// Lets all unused buffers go, and waits until the device has done with them.
-    fn trim(&mut self, device: &Device) {
+    pub(crate) fn trim(&mut self, device: &Device) {
         for buffer in std::mem::take(&mut self.free).into_values().flatten() {
             self.held_bytes -= buffer.size();
             buffer.destroy();

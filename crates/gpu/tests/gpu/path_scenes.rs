@@ -143,6 +143,58 @@ pub(crate) fn veils() -> Scene {
     build.finish()
 }
 
+/// Hills of so many quads a side between -1 and 1, with normals and texture coordinates.
+fn hills(side: u32) -> Mesh {
+    let at = |i: u32| (i as f32 / side as f32).mul_add(2.0, -1.0);
+    let (place, across) = (|x: u32, y: u32| y * (side + 1) + x, side + 1);
+    let height =
+        |x: f32, y: f32| (9.0 * x).sin() * (7.0 * y).cos() * 0.08 + (40.0 * x + 31.0 * y).sin() * 0.01;
+    let vertices = || (0..across * across).map(|i| (at(i % across), at(i / across)));
+    let cell = |i: u32| {
+        let (x, y) = (i % side, i / side);
+        let (a, b, c, d) = (place(x, y), place(x + 1, y), place(x, y + 1), place(x + 1, y + 1));
+        [[a, b, d], [a, d, c]]
+    };
+    Mesh {
+        positions: vertices().map(|(x, y)| Vec3::new(x, y, height(x, y))).collect(),
+        normals: vertices()
+            .map(|(x, y)| Vec3::new((9.0 * x).cos() * -0.5, (7.0 * y).sin() * 0.4, 1.0).normalize())
+            .collect(),
+        uvs: vec![vertices().map(|(x, y)| Vec2::new(2.0 * x, 2.0 * y)).collect()],
+        triangles: (0..side * side).flat_map(cell).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// What has pages of all kinds, many of each: textured hills, a tattered veil of small triangles, a pane of them, and a lamp whose
+/// light comes by a texture.
+pub(crate) fn large() -> Scene {
+    let mut build = Build::new(Vec3::new(0.2, 0.25, 0.3));
+    build.desc.meshes = vec![hills(140), hills(60)];
+    let edge = 256;
+    let wide = Image { width: edge, height: edge, ..images()[0].clone() };
+    let texels = Texels::U8(texels((edge * edge) as usize));
+    build.desc.images.push(Image { texels, ..wide });
+    build.desc.textures.push(Texture::new(4, Encoding::Srgb));
+    build.desc.textures.push(Texture { wrap: [Wrap::Mirror; 2], ..Texture::new(4, Encoding::Linear) });
+    let rough = ScalarInput { factor: 0.7, texture: Some((5, Channel::G)) };
+    build.floor(Material { base_color: colored(4), roughness: rough, ..Material::new("hills") });
+    let tattered = Material {
+        alpha: ScalarInput { factor: 1.0, texture: Some((0, Channel::A)) },
+        alpha_mode: AlphaMode::Blend,
+        double_sided: true,
+        ..Material::diffuse("tattered", Vec3::new(0.2, 0.7, 0.3))
+    };
+    build.put(1, tattered, stand(-0.9, 0.2, 0.3, Vec3::splat(0.7)));
+    let tint = ColorInput::new(Vec3::new(0.9, 0.5, 0.2));
+    let pane = Material { thickness: 0.0, base_color: tint, ..Material::glass("pane", 1.5, 0.0) };
+    build.put(1, pane, stand(0.9, 0.4, -0.4, Vec3::splat(0.7)));
+    let lamp = Material { emission: colored(0), ..Material::emitter("lamp", Vec3::splat(6.0), true) };
+    build.put(1, lamp, stand(0.3, -1.6, 0.1, Vec3::splat(0.3)));
+    build.desc.lights = vec![light(LightKind::Point, Vec3::new(1.0, 3.0, 1.0), Vec3::splat(20.0))];
+    build.finish()
+}
+
 /// Every input of a material by texture, vertex colours and normals, and mirrored and stretched places.
 pub(crate) fn materials() -> Scene {
     let mut build = Build::new(Vec3::splat(0.5));

@@ -135,7 +135,8 @@ impl Attributes {
             let triangles = table.page(page as u32).map(|bytes| Page::new(bytes).triangles());
             PackedAttributes::new(&scene.meshes()[mesh as usize], &triangles.unwrap_or_default())
         };
-        let packed: Vec<PackedAttributes> = meshes.par_iter().enumerate().map(|(i, m)| pack((i, m))).collect();
+        let packed: Vec<PackedAttributes> =
+            meshes.par_iter().enumerate().map(|(i, m)| pack((i, m))).collect();
         packed.into_iter().for_each(|packed| self.add(packed));
     }
 
@@ -169,11 +170,7 @@ fn shines_by_textures(scene: &Scene, mesh: &Mesh) -> bool {
         material.is_some_and(|m| m.is_emissive() && (m.emission.texture.is_some() || m.has_alpha()))
     };
     !mesh.triangles.is_empty()
-        && if mesh.parts.is_empty() {
-            shines(0)
-        } else {
-            mesh.parts.iter().any(|part| shines(part.material))
-        }
+        && if mesh.parts.is_empty() { shines(0) } else { mesh.parts.iter().any(|part| shines(part.material)) }
 }
 
 impl<'a> Packed<'a> {
@@ -244,11 +241,7 @@ impl<'a> ScenePages<'a> {
     }
 
     fn empty() -> Self {
-        Self {
-            kinds: [PageKind::default(); KINDS],
-            origins: [const { Origin::Nowhere }; KINDS],
-            pager: None,
-        }
+        Self { kinds: [PageKind::default(); KINDS], origins: [const { Origin::Nowhere }; KINDS], pager: None }
     }
 
     fn add(&mut self, kind: usize, origin: Origin<'a>, pages: PageKind) {

@@ -85,10 +85,7 @@ impl RendererWords {
     }
 
     fn check(self) -> Result<Self, WordsError> {
-        for (what, words) in [
-            ("tables", &self.tables),
-            ("lights", &self.lights),
-        ] {
+        for (what, words) in [("tables", &self.tables), ("lights", &self.lights)] {
             if words.len() >= u32::MAX as usize {
                 return Err(WordsError::TooLong(what));
             }

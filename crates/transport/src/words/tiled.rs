@@ -127,13 +127,14 @@ impl<'a> Tiled<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vastlight_scene::{Content, Encoding, Texels, Texture, TexelReader, pyramid};
+    use vastlight_scene::{Content, Encoding, TexelReader, Texels, Texture, pyramid};
 
     #[test]
     fn every_texel_of_a_pyramid_is_where_its_grid_says() {
         for (width, height, channels) in [(70, 41, 4), (3, 300, 3), (1, 1, 1), (33, 5, 2)] {
             let count = width as usize * height as usize * usize::from(channels);
-            let words: Vec<u16> = (0..count as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 16) as u16).collect();
+            let words: Vec<u16> =
+                (0..count as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 16) as u16).collect();
             for texels in [
                 Texels::U8(words.iter().map(|&w| w as u8).collect()),
                 Texels::F32(words.iter().map(|&w| f32::from(w)).collect()),
