@@ -136,7 +136,7 @@ impl DevicePages {
         kinds: &[PageKind; KINDS],
         one_buffer: bool,
     ) -> Result<(Layout, [Resident; 2]), GpuError> {
-        let binding = executor.adapter().limits.binding_bytes / 4;
+        let binding = executor.binding_bytes() / 4;
         let all: u64 = kinds.iter().map(bytes_of).sum::<u64>() / 4;
         let least: u64 = kinds.iter().map(|kind| u64::from(kind.least) * words_of_slot(kind)).sum();
         let (bindings, free) = (if one_buffer { 1 } else { 2 }, executor.free_bytes() / 4);

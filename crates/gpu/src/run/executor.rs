@@ -18,6 +18,8 @@ use bytemuck::NoUninit;
 pub struct ExecutorConfig {
     /// Most bytes that buffers take on the device (default: no bound but the device's).
     pub budget_bytes: u64,
+    /// Most bytes of pages that a kernel sees as one buffer, where that is less than the device allows (default: it is not).
+    pub binding_bytes: u64,
     /// Workgroups after which commands are handed over (default 16384: milliseconds on a slow card).
     pub groups_per_submission: u32,
     /// Fills buffers with this before their first use, so that tests see what a kernel did not write (default: not).
@@ -26,7 +28,7 @@ pub struct ExecutorConfig {
 
 impl Default for ExecutorConfig {
     fn default() -> Self {
-        Self { budget_bytes: u64::MAX, groups_per_submission: 1 << 14, poison: None }
+        Self { budget_bytes: u64::MAX, binding_bytes: u64::MAX, groups_per_submission: 1 << 14, poison: None }
     }
 }
 
@@ -76,11 +78,22 @@ impl Executor {
         self.pool.held_bytes()
     }
 
-    /// Sets the most bytes that buffers take on the device from now on. Those that are not in use go; what is in use stays.
-    pub fn set_budget(&mut self, bytes: u64) {
-        self.config.budget_bytes = bytes;
-        self.pool.set_budget(bytes);
+    /// Changes how recordings are run from now on. Buffers that are not in use go; what is in use stays.
+    pub fn configure(&mut self, config: ExecutorConfig) {
+        self.config = config;
+        self.pool.set_budget(config.budget_bytes);
         self.pool.trim(&self.device);
+    }
+
+    /// How recordings are run.
+    #[must_use]
+    pub const fn config(&self) -> ExecutorConfig {
+        self.config
+    }
+
+    /// Most bytes of pages in one buffer.
+    pub(crate) fn binding_bytes(&self) -> u64 {
+        self.adapter().limits.binding_bytes.min(self.config.binding_bytes)
     }
 
     /// Bytes that the budget leaves.
