@@ -2,6 +2,7 @@
 
 use crate::commands::{bench, devices, diff, generate, info, pack, render, validate};
 use clap::{Args, Parser, Subcommand};
+use vastlight::gpu::{DeviceChoice, Executor};
 use vastlight::{Device, DeviceRequest, Error, ErrorClass, parse_bytes};
 
 /// A path tracer for scenes of any size
@@ -91,6 +92,13 @@ impl Common {
     /// What is asked of devices.
     pub(crate) fn device_request(&self) -> DeviceRequest {
         DeviceRequest { device: self.device, gpu_memory: self.gpu_memory, fallback: self.gpu_fallback }
+    }
+
+    /// Opens an adapter within the memory budget of graphics processors, and says its name.
+    pub(crate) fn executor(&self, choice: DeviceChoice) -> Result<Executor, Error> {
+        let executor = Executor::open(choice, self.gpu_memory)?;
+        self.say(|| format!("adapter {}", executor.adapter().name));
+        Ok(executor)
     }
 
     /// Refuses devices on which a command does not work yet.

@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 use vastlight_gpu::trace::{DeviceTracer, hits_of_words, ray_words, record_closest};
-use vastlight_gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig, Recording};
+use vastlight_gpu::{DeviceChoice, Executor, Recording};
 use vastlight_math::{Affine3, FAR, Ray, Vec3};
 use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
 use vastlight_trace::{Layout, Tracer, TracerConfig};
@@ -18,7 +18,7 @@ const REPEATS: u32 = 3;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let adapter = std::env::args().nth(1).and_then(|text| text.parse().ok());
     let choice = adapter.map_or(DeviceChoice::Any, DeviceChoice::Index);
-    let mut executor = Executor::new(Drivers::load().open(choice)?, ExecutorConfig::default());
+    let mut executor = Executor::open(choice, None)?;
     let scene = Scene::new(sheet())?;
     let config = TracerConfig { layout: Layout::Compact, ..TracerConfig::default() };
     let tracer = DeviceTracer::new(&mut executor, &Tracer::new(&scene, &config)?.words()?)?;

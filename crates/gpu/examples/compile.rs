@@ -2,12 +2,12 @@
 //! `MESA_SHADER_CACHE_DISABLE=true cargo run --release -p vastlight-gpu --example compile -- [ADAPTER]`.
 
 use std::time::Instant;
-use vastlight_gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig, Groups, Recording, kernel};
+use vastlight_gpu::{DeviceChoice, Executor, Groups, Recording, kernel};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let adapter = std::env::args().nth(1).and_then(|text| text.parse().ok());
     let choice = adapter.map_or(DeviceChoice::Any, DeviceChoice::Index);
-    let mut executor = Executor::new(Drivers::load().open(choice)?, ExecutorConfig::default());
+    let mut executor = Executor::open(choice, None)?;
     show(executor.adapter().name.clone());
     for kernel in kernel::all() {
         let start = Instant::now();

@@ -7,9 +7,7 @@ use std::time::Instant;
 use vastlight_gpu::kernel;
 use vastlight_gpu::primitives::reduce::Operation;
 use vastlight_gpu::primitives::{bitonic, compact, histogram, queue, radix, reduce, runs, scan};
-use vastlight_gpu::{
-    Buffer, CompileProgress, DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError, Recording, Resident,
-};
+use vastlight_gpu::{Buffer, CompileProgress, DeviceChoice, Executor, GpuError, Recording, Resident};
 
 /// Runs of each primitive; the best counts.
 const REPEATS: u32 = 7;
@@ -18,7 +16,7 @@ fn main() -> Result<(), GpuError> {
     let argument = |i: usize| std::env::args().nth(i).and_then(|text| text.parse::<u32>().ok());
     let n = argument(1).unwrap_or(1_000_000);
     let choice = argument(2).map_or(DeviceChoice::Any, DeviceChoice::Index);
-    let mut executor = Executor::new(Drivers::load().open(choice)?, ExecutorConfig::default());
+    let mut executor = Executor::open(choice, None)?;
     show(format!("{}, {n} elements", executor.adapter().name));
 
     let mut compiled: Vec<CompileProgress> = Vec::new();

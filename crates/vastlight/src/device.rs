@@ -4,9 +4,7 @@ use crate::{Error, OpenScene, RenderRequest};
 use std::sync::{Mutex, PoisonError};
 use vastlight_accel::kdtree::KdKind;
 use vastlight_gpu::path::{DeviceRenderer, kernels};
-use vastlight_gpu::{
-    AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError,
-};
+use vastlight_gpu::{AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, GpuError};
 use vastlight_trace::{Layout, TracerConfig};
 use vastlight_transport::{Integrator, RenderStats, Renderer, SampleSink, Tile};
 
@@ -20,6 +18,17 @@ pub enum Device {
     Cpu,
     /// The adapter of this number, or the first usable one; software adapters too.
     Gpu(Option<u32>),
+}
+
+impl Device {
+    /// The adapter that is asked for; none for the CPU, and where the choice is free.
+    #[must_use]
+    pub fn adapter(self) -> Option<DeviceChoice> {
+        match self {
+            Self::Auto | Self::Cpu => None,
+            Self::Gpu(number) => Some(number.map_or(DeviceChoice::Any, DeviceChoice::Index)),
+        }
+    }
 }
 
 /// What is asked of devices.
@@ -49,21 +58,16 @@ impl DeviceRequest {
     /// # Errors
     /// The adapter that was asked for is not there or not usable.
     pub(crate) fn open(&self, open: &OpenScene) -> Result<Option<Executor>, Error> {
-        let choice = match self.device {
-            Device::Cpu => return Ok(None),
-            Device::Gpu(None) => DeviceChoice::Any,
-            Device::Gpu(Some(number)) => DeviceChoice::Index(number),
-            Device::Auto if open.stored.is_some() || !Drivers::may_have_hardware() => return Ok(None),
-            Device::Auto => DeviceChoice::Hardware,
-        };
-        let device = match Drivers::load().open(choice) {
-            Err(GpuError::NoAdapter | GpuError::NoSuchKind { .. }) if self.device == Device::Auto => {
-                return Ok(None);
-            }
-            device => device?,
-        };
-        let budget_bytes = self.gpu_memory.unwrap_or(u64::MAX);
-        Ok(Some(Executor::new(device, ExecutorConfig { budget_bytes, ..ExecutorConfig::default() })))
+        if let Some(choice) = self.device.adapter() {
+            return Ok(Some(Executor::open(choice, self.gpu_memory)?));
+        }
+        if self.device == Device::Cpu || open.stored.is_some() || !Drivers::may_have_hardware() {
+            return Ok(None);
+        }
+        match Executor::open(DeviceChoice::Hardware, self.gpu_memory) {
+            Err(GpuError::NoAdapter | GpuError::NoSuchKind { .. }) => Ok(None),
+            executor => Ok(Some(executor?)),
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use super::pipelines::{CompileProgress, Pipelines};
 use super::pool::Pool;
 use super::portion::{Arrival, Run};
 use crate::adapters::AdapterReport;
-use crate::device::{Device, Refusal, scoped};
+use crate::device::{Device, DeviceChoice, Drivers, Refusal, scoped};
 use crate::error::GpuError;
 use crate::kernel::Kernel;
 use crate::recording::{Download, Recording, Resident};
@@ -40,6 +40,17 @@ pub struct Executor {
 }
 
 impl Executor {
+    /// Opens an adapter of this machine, whose buffers take at most `budget_bytes`; `None` for what it has.
+    ///
+    /// # Errors
+    /// As of [`Drivers::open`].
+    pub fn open(choice: DeviceChoice, budget_bytes: Option<u64>) -> Result<Self, GpuError> {
+        let device = Drivers::load().open(choice)?;
+        let plain = ExecutorConfig::default();
+        let budget_bytes = budget_bytes.unwrap_or(plain.budget_bytes);
+        Ok(Self::new(device, ExecutorConfig { budget_bytes, ..plain }))
+    }
+
     /// Takes a device into service.
     #[must_use]
     pub fn new(device: Device, config: ExecutorConfig) -> Self {

@@ -3,7 +3,7 @@
 use crate::common::software;
 use crate::path_scenes::{demo, materials, veils};
 use vastlight_gpu::path::{DeviceRenderer, kernels};
-use vastlight_gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError};
+use vastlight_gpu::{DeviceChoice, Executor, GpuError};
 use vastlight_math::Vec3;
 use vastlight_scene::Scene;
 use vastlight_trace::{Layout, Tracer, TracerConfig};
@@ -202,9 +202,7 @@ fn waves_shrink_to_the_memory_that_there_is() {
     let settings = RenderSettings { width: 100, height: 60, ..settings(&scene) };
     let whole = on_device(&mut shared, &scene, &settings, (2, 20_000));
     drop(shared);
-    let device = Drivers::load().open(DeviceChoice::Software).expect("as before");
-    let config = ExecutorConfig { budget_bytes: 8 << 20, ..ExecutorConfig::default() };
-    let mut small = Executor::new(device, config);
+    let mut small = Executor::open(DeviceChoice::Software, Some(8 << 20)).expect("as before");
     let cut = on_device(&mut small, &scene, &settings, (2, 1 << 20));
     assert!(cut == whole && small.held_bytes() <= 8 << 20, "{}", small.held_bytes());
 }
@@ -214,9 +212,7 @@ fn what_cannot_be_rendered_is_an_error_and_leaves_nothing() {
     let Some(shared) = software() else { return };
     drop(shared);
     let scene = demo("cornell", None);
-    let device = Drivers::load().open(DeviceChoice::Software).expect("as before");
-    let config = ExecutorConfig { budget_bytes: 1 << 20, ..ExecutorConfig::default() };
-    let mut small = Executor::new(device, config);
+    let mut small = Executor::open(DeviceChoice::Software, Some(1 << 20)).expect("as before");
     let mut refused = |settings: &RenderSettings, capacity| {
         with_renderer(&scene, settings, Layout::Compact, |renderer| {
             DeviceRenderer::new(&mut small, renderer, capacity).map(drop).expect_err("refused")

@@ -5,7 +5,7 @@ use crate::common::software;
 use vastlight_gpu::trace::{
     DeviceTracer, MAX_RAYS, hits_of_words, ray_words, record_closest, record_occluded,
 };
-use vastlight_gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig, GpuError, Recording};
+use vastlight_gpu::{DeviceChoice, Executor, GpuError, Recording};
 use vastlight_math::rng::{hash_words, unit_f32};
 use vastlight_math::{Affine3, Mat3, Quat, Ray, Vec3};
 use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
@@ -230,10 +230,8 @@ fn what_does_not_fit_is_an_error_and_leaves_nothing() {
     let mut words = tracer(&scene, Layout::Compact).words().expect("compact");
     assert!(tracer(&scene, Layout::Wide).words().is_err());
 
-    let device = Drivers::load().open(DeviceChoice::Software).expect("as before");
-    let binding = device.adapter().limits.binding_bytes;
-    let config = ExecutorConfig { budget_bytes: 40_960, ..ExecutorConfig::default() };
-    let mut small = Executor::new(device, config);
+    let mut small = Executor::open(DeviceChoice::Software, Some(40_960)).expect("as before");
+    let binding = small.adapter().limits.binding_bytes;
     let full = DeviceTracer::new(&mut small, &words).expect_err("more than the budget");
     assert!(matches!(full, GpuError::OutOfMemory { .. }), "{full}");
     let all_of_it = small.allocate("all of the budget", 40_960).expect("nothing else stays");

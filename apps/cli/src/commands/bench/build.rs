@@ -5,9 +5,8 @@ use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
 use clap::Args;
 use serde_json::json;
-use vastlight::gpu::DeviceChoice;
 use vastlight::trace::bench;
-use vastlight::{Device, Error, peak_rss_bytes};
+use vastlight::{Error, peak_rss_bytes};
 
 /// Build the acceleration structure of a scene; on gpu, that of its largest mesh
 #[derive(Args, Debug)]
@@ -23,8 +22,7 @@ pub(crate) struct Build {
 
 pub(crate) fn run(arguments: &Build, common: &Common) -> Result<Exit, Error> {
     let scene = arguments.scene.load(common)?;
-    if let Device::Gpu(number) = common.device {
-        let choice = number.map_or(DeviceChoice::Any, DeviceChoice::Index);
+    if let Some(choice) = common.device.adapter() {
         return build_gpu::run(&scene, &arguments.structure, arguments.repeat, (choice, common));
     }
     let config = arguments.structure.config();

@@ -7,7 +7,7 @@ use serde_json::json;
 use vastlight::accel::{BinaryTree, Reference, quality, validate};
 use vastlight::gpu::bench::{self, BuildFigures, BuildInput};
 use vastlight::gpu::build::Builder;
-use vastlight::gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig};
+use vastlight::gpu::{DeviceChoice, Executor};
 use vastlight::math::Aabb;
 use vastlight::scene::{Mesh, Scene};
 use vastlight::trace::Layout;
@@ -24,10 +24,7 @@ pub(super) fn run(
     (choice, common): (DeviceChoice, &Common),
 ) -> Result<Exit, Error> {
     let (name, builder) = builder(structure)?;
-    let budget_bytes = common.gpu_memory.unwrap_or(u64::MAX);
-    let config = ExecutorConfig { budget_bytes, ..ExecutorConfig::default() };
-    let mut executor = Executor::new(Drivers::load().open(choice)?, config);
-    common.say(|| format!("adapter {}", executor.adapter().name));
+    let mut executor = common.executor(choice)?;
     let none = Mesh::default();
     let mesh = scene.meshes().iter().max_by_key(|mesh| mesh.triangles.len()).unwrap_or(&none);
     let (positions, triangles) = (&mesh.positions[..], &mesh.triangles[..]);

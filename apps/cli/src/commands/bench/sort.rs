@@ -5,8 +5,8 @@ use crate::exit::Exit;
 use clap::Args;
 use serde_json::json;
 use vastlight::accel::sort::{bench, key, payload, radix_sort};
-use vastlight::gpu::{self, DeviceChoice, Drivers, Executor, ExecutorConfig};
-use vastlight::{Device, Error, ErrorClass};
+use vastlight::gpu::{self, DeviceChoice};
+use vastlight::{Error, ErrorClass};
 
 /// Sort 32-bit keys with payloads, as builders and ray batches do
 #[derive(Args, Debug)]
@@ -20,11 +20,9 @@ pub(crate) struct Sort {
 }
 
 pub(crate) fn run(arguments: &Sort, common: &Common) -> Result<Exit, Error> {
-    match common.device {
-        Device::Gpu(number) => {
-            on_gpu(arguments, number.map_or(DeviceChoice::Any, DeviceChoice::Index), common)
-        }
-        Device::Auto | Device::Cpu => on_cpu(arguments),
+    match common.device.adapter() {
+        Some(choice) => on_gpu(arguments, choice, common),
+        None => on_cpu(arguments),
     }
 }
 
@@ -52,10 +50,7 @@ fn on_cpu(arguments: &Sort) -> Result<Exit, Error> {
 
 /// Sorts on a graphics processor, keys with payloads and keys alone, and compares with the processor's order.
 fn on_gpu(arguments: &Sort, choice: DeviceChoice, common: &Common) -> Result<Exit, Error> {
-    let device = Drivers::load().open(choice)?;
-    let budget_bytes = common.gpu_memory.unwrap_or(u64::MAX);
-    let mut executor = Executor::new(device, ExecutorConfig { budget_bytes, ..ExecutorConfig::default() });
-    common.say(|| format!("adapter {}", executor.adapter().name));
+    let mut executor = common.executor(choice)?;
     let n = arguments.n as usize;
     for keys in bench::KEYS {
         let mut pairs = bench::pairs(n, keys);

@@ -8,14 +8,14 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use vastlight::gpu::trace::DeviceTracer;
-use vastlight::gpu::{self, DeviceChoice, Drivers, Executor, ExecutorConfig};
+use vastlight::gpu::{self, DeviceChoice};
 use vastlight::math::Ray;
 use vastlight::scene::Scene;
 use vastlight::simd::Level;
 use vastlight::trace::bench::{self, TraceFigures};
 use vastlight::trace::sort::SortRays;
 use vastlight::trace::{Layout, Tracer, TracerConfig};
-use vastlight::{Device, Error, peak_rss_bytes};
+use vastlight::{Error, peak_rss_bytes};
 
 /// Trace the rays of a file: closest hits, or occlusion
 #[derive(Args, Debug)]
@@ -73,8 +73,7 @@ impl Sort {
 pub(crate) fn run(arguments: &Trace, common: &Common) -> Result<Exit, Error> {
     let rays = read_rays(&arguments.rays)?;
     let scene = arguments.scene.load(common)?;
-    if let Device::Gpu(number) = common.device {
-        let choice = number.map_or(DeviceChoice::Any, DeviceChoice::Index);
+    if let Some(choice) = common.device.adapter() {
         return on_gpu(arguments, common, choice, (&scene, &rays));
     }
     let config = TracerConfig {
@@ -100,9 +99,7 @@ fn on_gpu(
     let config = TracerConfig { layout: Layout::Compact, ..arguments.structure.config() };
     let tracer = Tracer::new(scene, &config).map_err(|e| build_error(&e))?;
     let words = tracer.words().map_err(|e| build_error(&e))?;
-    let budget_bytes = common.gpu_memory.unwrap_or(u64::MAX);
-    let config = ExecutorConfig { budget_bytes, ..ExecutorConfig::default() };
-    let mut executor = Executor::new(Drivers::load().open(choice)?, config);
+    let mut executor = common.executor(choice)?;
     let on_device = DeviceTracer::new(&mut executor, &words)?;
     let bytes = executor.held_bytes();
     let figures = gpu::bench::trace(&mut executor, &on_device, rays, arguments.occluded, arguments.repeat)?;
