@@ -39,30 +39,28 @@ pub mod flags {
 }
 /// Texture coordinate sets that are read.
 pub const UV_SETS: usize = 1;
-/// The set that orients tangents.
-pub const TANGENT_SET: usize = 2;
 /// Index of refraction.
-pub const IOR: usize = 3;
+pub const IOR: usize = 2;
 /// Absorption of the inside, three numbers.
-pub const ATTENUATION: usize = 4;
+pub const ATTENUATION: usize = 3;
 /// Complex index and mean reflectance of a measured metal, three times three numbers.
-pub const CONDUCTOR: usize = 7;
+pub const CONDUCTOR: usize = 6;
 /// 20 / Abbe number.
-pub const DISPERSION: usize = 16;
+pub const DISPERSION: usize = 15;
 /// Stretch of the highlight.
-pub const ANISOTROPY: usize = 17;
+pub const ANISOTROPY: usize = 16;
 /// Its direction, two numbers.
-pub const ANISOTROPY_DIRECTION: usize = 18;
+pub const ANISOTROPY_DIRECTION: usize = 17;
 /// Index of the thin film.
-pub const IRIDESCENCE_IOR: usize = 20;
+pub const IRIDESCENCE_IOR: usize = 19;
 /// Least and greatest thickness of the film.
-pub const THICKNESS: usize = 21;
+pub const THICKNESS: usize = 20;
 /// Least alpha that is there.
-pub const CUTOFF: usize = 23;
+pub const CUTOFF: usize = 22;
 /// Scales of the normal map and of the clear coat's.
-pub const NORMAL_SCALES: usize = 24;
+pub const NORMAL_SCALES: usize = 23;
 /// Where the inputs begin.
-pub const INPUTS: usize = 26;
+pub const INPUTS: usize = 25;
 /// Words of an input: factor (three numbers), texture or `u32::MAX`, channel (0 to 3, or 4 for colours).
 pub const INPUT_WORDS: usize = 5;
 /// In the word of the channel: looked up at the point alone.
@@ -144,12 +142,12 @@ impl Input {
     }
 }
 
-/// Appends a material of a scene with so many textures; `tangent_set` is the set that orients its tangents.
-pub(crate) fn put(words: &mut Words, row: &Row<'_>, tangent_set: u32, textures: usize) {
+/// Appends a material of a scene with so many textures.
+pub(crate) fn put(words: &mut Words, row: &Row<'_>, textures: usize) {
     let (m, plain) = (row.material, &row.plain);
     let first = words.offset();
     words.u32(bits(row));
-    words.u32s(&[row.uv_sets as u32, tangent_set]);
+    words.u32(row.uv_sets as u32);
     words.f32(m.ior);
     words.vec3(plain.attenuation);
     let metal = plain.params.conductor;

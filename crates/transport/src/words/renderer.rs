@@ -2,7 +2,6 @@
 
 use super::{Words, camera, geometry, materials, put_albedo, tables, textures};
 use crate::renderer::Renderer;
-use crate::vertex::tangent_uv_set;
 use vastlight_scene::TexelReader;
 
 /// The bindings of a path tracer on a device.
@@ -48,9 +47,7 @@ impl Renderer<'_> {
         words.section(tables::CAMERA);
         camera::put(&mut words, &self.camera);
         words.section(tables::MATERIALS);
-        for (number, row) in rows.iter().enumerate() {
-            materials::put(&mut words, row, tangent_uv_set(self.scene, number as u32), all_textures.len());
-        }
+        rows.iter().for_each(|row| materials::put(&mut words, row, all_textures.len()));
         let first = textures::put(&mut words, &mut texels, all_textures);
         words.set(tables::TEXTURES, first);
         let first = geometry::put_meshes(&mut words, &mut corners, self.scene, &self.veils);

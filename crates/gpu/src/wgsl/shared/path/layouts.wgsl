@@ -1,20 +1,19 @@
 // Where things stand in the records of `tables`: as in `vastlight-transport`, `words`.
 
 // Materials.
-const MATERIAL_WORDS: u32 = 111u;
+const MATERIAL_WORDS: u32 = 110u;
 const MATERIAL_UV_SETS: u32 = 1u;
-const MATERIAL_TANGENT_SET: u32 = 2u;
-const MATERIAL_IOR: u32 = 3u;
-const MATERIAL_ATTENUATION: u32 = 4u;
-const MATERIAL_CONDUCTOR: u32 = 7u;
-const MATERIAL_DISPERSION: u32 = 16u;
-const MATERIAL_ANISOTROPY: u32 = 17u;
-const MATERIAL_ANISOTROPY_DIRECTION: u32 = 18u;
-const MATERIAL_IRIDESCENCE_IOR: u32 = 20u;
-const MATERIAL_THICKNESS: u32 = 21u;
-const MATERIAL_CUTOFF: u32 = 23u;
-const MATERIAL_NORMAL_SCALES: u32 = 24u;
-const MATERIAL_INPUTS: u32 = 26u;
+const MATERIAL_IOR: u32 = 2u;
+const MATERIAL_ATTENUATION: u32 = 3u;
+const MATERIAL_CONDUCTOR: u32 = 6u;
+const MATERIAL_DISPERSION: u32 = 15u;
+const MATERIAL_ANISOTROPY: u32 = 16u;
+const MATERIAL_ANISOTROPY_DIRECTION: u32 = 17u;
+const MATERIAL_IRIDESCENCE_IOR: u32 = 19u;
+const MATERIAL_THICKNESS: u32 = 20u;
+const MATERIAL_CUTOFF: u32 = 22u;
+const MATERIAL_NORMAL_SCALES: u32 = 23u;
+const MATERIAL_INPUTS: u32 = 25u;
 const MATERIAL_INPUT_WORDS: u32 = 5u;
 const MATERIAL_EXACT: u32 = 256u;
 const MATERIAL_ALL_INPUTS: u32 = 17u;

@@ -146,27 +146,14 @@ fn uv_area(first: u32, corner: vec3<u32>) -> f32 {
     return b.x * c.y - b.y * c.x;
 }
 
-/// The direction of growing u in object space, and the bitangent's sign.
-fn tangent_of_uvs(first: u32, corner: vec3<u32>, edges: array<vec3<f32>, 2>) -> vec4<f32> {
-    let a = corner_vec2(first, corner.x);
-    let d1 = corner_vec2(first, corner.y) - a;
-    let d2 = corner_vec2(first, corner.z) - a;
-    let sign_of = real_copysign(1.0, d1.x * d2.y - d1.y * d2.x);
-    return vec4<f32>((edges[0] * d2.y - edges[1] * d1.y) * sign_of, -sign_of);
-}
-
 /// The tangent in world space; zero where there is none.
-fn surface_tangent(
-    mesh: u32, instance: u32, corner: vec3<u32>, weights: vec3<f32>, edges: array<vec3<f32>, 2>, uv_set: u32
-) -> vec4<f32> {
+fn surface_tangent(mesh: u32, instance: u32, corner: vec3<u32>, weights: vec3<f32>) -> vec4<f32> {
     var tangent = vec4<f32>(0.0);
     let own = tables[mesh + GEOMETRY_TANGENTS];
     if (own != ABSENT) {
         let blended = corner_vec4(own, corner.x) * weights.x + corner_vec4(own, corner.y) * weights.y
             + corner_vec4(own, corner.z) * weights.z;
         tangent = vec4<f32>(blended.xyz, corner_vec4(own, corner.x).w);
-    } else if (uv_set < UV_SETS && tables[mesh + GEOMETRY_UVS + uv_set] != ABSENT) {
-        tangent = tangent_of_uvs(tables[mesh + GEOMETRY_UVS + uv_set], corner, edges);
     }
     return vec4<f32>(map_vector(instance, tangent.xyz), tangent.w * table_f32(instance + GEOMETRY_HANDEDNESS));
 }
@@ -184,8 +171,8 @@ fn length_bound(v: vec3<f32>) -> f32 {
 }
 
 /// The surface at a meeting, seen along `direction` through a cone. Texture coordinates of `uv_sets` sets are found, and
-/// a tangent if `tangent_set` is one.
-fn surface_at(met: Meeting, direction: vec3<f32>, cone: Cone, uv_sets: u32, tangent_set: u32) -> Surface {
+/// the tangent if it is asked for.
+fn surface_at(met: Meeting, direction: vec3<f32>, cone: Cone, uv_sets: u32, with_tangent: bool) -> Surface {
     let instance = instance_record(met.instance);
     let mesh = mesh_record(met.instance);
     let corner = corners_of(mesh, met.prim);
@@ -209,8 +196,8 @@ fn surface_at(met: Meeting, direction: vec3<f32>, cone: Cone, uv_sets: u32, tang
         let blended = map_normal(instance, blend_vec3(normals, corner, weights), surface.normal);
         surface.smooth_normal = select(blended, -blended, dot(blended, surface.normal) < 0.0);
     }
-    if (tangent_set != ABSENT) {
-        surface.tangent = surface_tangent(mesh, instance, corner, weights, edges, tangent_set);
+    if (with_tangent) {
+        surface.tangent = surface_tangent(mesh, instance, corner, weights);
     }
     surface.point = surface_point(mesh, corner, weights, uv_sets);
     if (uv_sets > 0u) {

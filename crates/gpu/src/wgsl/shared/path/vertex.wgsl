@@ -20,8 +20,7 @@ fn vertex_at(met: Meeting, direction: vec3<f32>, cone: Cone) -> Vertex {
     vertex.material = material_of_triangle(mesh_record(met.instance), met.prim);
     let material = material_of(vertex.material);
     let needs_tangent = (tables[material] & FLAG_NEEDS_TANGENT) != 0u;
-    let tangent_set = select(ABSENT, tables[material + MATERIAL_TANGENT_SET], needs_tangent);
-    vertex.surface = surface_at(met, direction, cone, tables[material + MATERIAL_UV_SETS], tangent_set);
+    vertex.surface = surface_at(met, direction, cone, tables[material + MATERIAL_UV_SETS], needs_tangent);
     var point = vertex.surface.point;
     var evaluated = material_evaluate(vertex.material, &point);
     let frame = material_shading_frame(&evaluated, surface_frame(vertex.surface));
