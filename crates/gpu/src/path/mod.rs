@@ -5,6 +5,8 @@
 //! device. What comes back is a `Sample` for each path, which the film sums exactly; so a picture depends on the device
 //! alone, not on how waves are cut nor on the order in which workgroups run.
 
+#[cfg(test)]
+mod numbers;
 mod scene;
 mod stream;
 

@@ -2,12 +2,11 @@
 
 use crate::common::software;
 use crate::path_scenes::{demo, materials, veils};
-use vastlight_gpu::path::{DeviceRenderer, kernels};
+use vastlight_gpu::path::DeviceRenderer;
 use vastlight_gpu::{DeviceChoice, Executor, GpuError};
 use vastlight_math::Vec3;
 use vastlight_scene::Scene;
 use vastlight_trace::{Layout, Tracer, TracerConfig};
-use vastlight_transport::words::{camera, geometry, materials as material_words, tables, textures};
 use vastlight_transport::{
     DirectSampling, Integrator, Lights, MaterialTable, RenderSettings, RenderStats, Renderer, Sample,
 };
@@ -228,38 +227,4 @@ fn what_cannot_be_rendered_is_an_error_and_leaves_nothing() {
         DeviceRenderer::new(&mut small, renderer, 100).map(drop).expect_err("not in pages")
     });
     assert!(matches!(wide, GpuError::Scene { .. }), "{wide}");
-}
-
-#[test]
-fn records_are_read_where_they_are_written() {
-    let text: String = kernels(Integrator::Path).iter().map(|kernel| kernel.wgsl()).collect();
-    let shade = |name: &str, value: usize| {
-        let line = format!("const {name}: u32 = {value}u;");
-        assert!(text.contains(&line), "{line}");
-    };
-    for (name, value) in [
-        ("TABLES_ALBEDO", tables::ALBEDO),
-        ("TABLES_MATERIALS", tables::MATERIALS),
-        ("TABLES_INSTANCES", tables::INSTANCES),
-        ("TABLES_TEXTURES", tables::TEXTURES),
-        ("TABLES_MESHES", tables::MESHES),
-        ("TABLES_CAMERA", tables::CAMERA),
-        ("TABLES_SRGB", tables::SRGB),
-        ("MATERIAL_WORDS", material_words::WORDS),
-        ("MATERIAL_INPUTS", material_words::INPUTS),
-        ("MATERIAL_ALL_INPUTS", material_words::ALL_INPUTS),
-        ("TEXTURE_WORDS", textures::WORDS),
-        ("TEXTURE_LEVEL_WORDS", textures::LEVEL_WORDS),
-        ("GEOMETRY_MESH_WORDS", geometry::MESH_WORDS),
-        ("GEOMETRY_INSTANCE_WORDS", geometry::INSTANCE_WORDS),
-        ("CAMERA_FILTER", camera::FILTER),
-        ("INSTANCE_WORDS", vastlight_trace::words::INSTANCE_WORDS),
-        ("NODE_WORDS_OF_TREE", vastlight_trace::words::NODE_WORDS),
-        ("TREE_ROOT", vastlight_trace::words::header::ROOT),
-        ("TREE_INSTANCES", vastlight_trace::words::header::INSTANCES),
-        ("TREE_EXTENT", vastlight_trace::words::header::EXTENT),
-        ("TREE_MARGIN", vastlight_trace::words::header::MARGIN),
-    ] {
-        shade(name, value);
-    }
 }
