@@ -12,6 +12,8 @@ mod maths;
 mod path;
 mod path_scenes;
 mod primitives;
+mod quiet;
+mod random;
 mod scattering;
 mod streams;
 mod trace;

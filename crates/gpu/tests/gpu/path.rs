@@ -64,23 +64,33 @@ fn with_renderer<T>(
     call(&Renderer::new(scene, &tracer, &materials, &lights, settings.clone()))
 }
 
-fn on_cpu(scene: &Scene, settings: &RenderSettings, spp: u32) -> Picture {
+pub(crate) fn on_cpu(scene: &Scene, settings: &RenderSettings, spp: u32) -> Picture {
     with_renderer(scene, settings, Layout::Compact, |renderer| {
         let tile = settings.region();
         gather(settings, |sink| renderer.render_tile(tile, 0..spp, sink).expect("rendered"))
     })
 }
 
-fn on_device(
+pub(crate) fn on_device(
+    executor: &mut Executor,
+    scene: &Scene,
+    settings: &RenderSettings,
+    samples: (u32, u32),
+) -> Picture {
+    try_on_device(executor, scene, settings, samples).expect("fits")
+}
+
+/// A picture, unless the renderer does not fit.
+fn try_on_device(
     executor: &mut Executor,
     scene: &Scene,
     settings: &RenderSettings,
     (spp, capacity): (u32, u32),
-) -> Picture {
+) -> Result<Picture, GpuError> {
     with_renderer(scene, settings, Layout::Compact, |renderer| {
-        let mut device = DeviceRenderer::new(executor, renderer, capacity).expect("fits");
+        let mut device = DeviceRenderer::new(executor, renderer, capacity)?;
         let tile = settings.region();
-        gather(settings, |sink| device.render_tile(tile, 0..spp, sink).expect("rendered"))
+        Ok(gather(settings, |sink| device.render_tile(tile, 0..spp, sink).expect("rendered")))
     })
 }
 
@@ -194,16 +204,32 @@ fn pictures_do_not_depend_on_how_waves_are_cut() {
     }
 }
 
+/// A renderer either does not fit, or renders to the end: in waves of fewer samples than the picture has, where there is less
+/// room.
 #[test]
 fn waves_shrink_to_the_memory_that_there_is() {
+    const BLOCK: u64 = 1 << 17;
+    const BLOCKS: u64 = 64;
     let Some(mut shared) = software() else { return };
     let scene = demo("cornell", None);
-    let settings = RenderSettings { width: 100, height: 60, ..settings(&scene) };
-    let whole = on_device(&mut shared, &scene, &settings, (2, 20_000));
+    let integrator = Integrator::Primary;
+    let settings = RenderSettings { width: 64, height: 36, integrator, ..settings(&scene) };
+    let whole = on_device(&mut shared, &scene, &settings, (1, 20_000));
     drop(shared);
-    let mut small = Executor::open(DeviceChoice::Software, Some(8 << 20)).expect("as before");
-    let cut = on_device(&mut small, &scene, &settings, (2, 1 << 20));
-    assert!(cut == whole && small.held_bytes() <= 8 << 20, "{}", small.held_bytes());
+    let mut small = Executor::open(DeviceChoice::Software, Some(BLOCKS * BLOCK)).expect("as before");
+    let mut render = |free: u64| {
+        let taken: Vec<_> =
+            (free..BLOCKS).map(|_| small.allocate("taken", BLOCK).expect("within the budget")).collect();
+        let cut = try_on_device(&mut small, &scene, &settings, (1, 1 << 20));
+        taken.into_iter().for_each(|resident| small.release(resident));
+        assert!(small.held_bytes() <= BLOCKS * BLOCK);
+        cut
+    };
+    assert!(render(BLOCKS).expect("fits") == whole);
+    let outcomes: Vec<_> = (4..12).map(&mut render).collect();
+    assert!(matches!(outcomes[0], Err(GpuError::OutOfMemory { .. })));
+    let fitting: Vec<Picture> = outcomes.into_iter().filter_map(Result::ok).collect();
+    assert!(!fitting.is_empty() && fitting.iter().all(|cut| *cut == whole));
 }
 
 #[test]
