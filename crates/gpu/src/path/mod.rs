@@ -30,7 +30,7 @@ const PATH_FIELDS: u32 = 63;
 const SAMPLE_FIELDS: u32 = 47;
 /// Words of a sample.
 const SAMPLE_WORDS: u64 = (PATH_FIELDS - SAMPLE_FIELDS) as u64;
-/// Waves become no smaller than this for want of memory.
+/// Waves of more paths than this are halved for want of memory.
 const LEAST_WAVE: u32 = 1 << 12;
 /// Queues of paths: two that take turns, that of the shadow rays, and that of rays which are not settled.
 const QUEUES: u64 = 4;
