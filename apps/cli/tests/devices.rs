@@ -122,6 +122,29 @@ fn sorts_run_on_a_graphics_processor_or_say_why_not() {
 }
 
 #[test]
+fn the_stream_tracer_is_measured_on_a_graphics_processor() {
+    let w = Workspace::new();
+    if !has_adapter(&w) {
+        return;
+    }
+    let lines = |device: &str| {
+        let outcome =
+            w.run(&format!("bench kdtree demo:cornell --resolution 16 --repeat 1 --device {device}"));
+        assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+        let lines = outcome.stdout.lines().map(|line| serde_json::from_str(line).unwrap());
+        lines.collect::<Vec<serde_json::Value>>()
+    };
+    let (cpu, gpu) = (lines("cpu"), lines("gpu"));
+    let names = gpu.iter().map(|line| line["accel"].as_str().unwrap()).collect::<Vec<_>>();
+    assert_eq!(names, ["kd-threaded", "kd-threaded-sah"]);
+    assert!(gpu.iter().all(|line| line["device"] == "gpu" && line["frame_ms"].as_f64().unwrap() > 0.0));
+    // Hits do not depend on the trees.
+    assert_eq!(gpu[0]["picture"], gpu[1]["picture"]);
+    let rays = [&cpu[0], &gpu[0]].map(|line| line["rays"].as_f64().unwrap());
+    assert!((rays[0] / rays[1] - 1.0).abs() < 0.01, "{rays:?}");
+}
+
+#[test]
 fn trees_are_built_on_a_graphics_processor_or_it_is_said_why_not() {
     let w = Workspace::new();
     let wrong = w.run("bench build demo:still-life --device gpu --accel sbvh");

@@ -15,7 +15,7 @@ pub struct Part {
 /// A triangle mesh in its object's space.
 ///
 /// Attribute arrays are either empty (absent) or as long as `positions`. Where normals are absent the surface is
-/// flat; where tangents are absent they are derived from the normal map's texture coordinates.
+/// flat; where a material looks at tangents that are absent, they are derived from texture coordinates.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Name, for messages, object ids and overrides.

@@ -10,7 +10,8 @@ use vastlight_math::{Vec2, Vec3, Vec4, real};
 /// Tangents closer than this (one minus the cosine) are one tangent.
 const SAME: f32 = 1e-4;
 
-/// For each material the texture coordinate set that its tangents follow; `None` where tangents do not matter.
+/// For each material the texture coordinate set that its tangents follow, where a mesh has it, else they follow the first;
+/// `None` where tangents do not matter.
 pub(crate) fn tangent_sets(materials: &[Material], textures: &[Texture]) -> Vec<Option<u32>> {
     let uv_set = |texture: u32| textures.get(texture as usize).map_or(0, |t| t.uv_set);
     let of = |m: &Material| {
@@ -48,8 +49,9 @@ struct Face {
 
 fn faces_without_tangents(mesh: &Mesh, sets: &[Option<u32>]) -> Vec<Face> {
     let set_of = |triangle: u32| {
-        let set = sets.get(mesh.material_of(triangle) as usize).copied().flatten()?;
-        mesh.uvs.get(set as usize).filter(|uvs| !uvs.is_empty()).map(|_| set)
+        let wanted = sets.get(mesh.material_of(triangle) as usize).copied().flatten()?;
+        let is_there = |set: &u32| mesh.uvs.get(*set as usize).is_some_and(|uvs| !uvs.is_empty());
+        [wanted, 0].into_iter().find(is_there)
     };
     let missing = |triangle: u32| {
         let corners = mesh.triangles[triangle as usize];
@@ -254,6 +256,16 @@ mod tests {
         mesh.tangents = vec![Vec4::ZERO; 4];
         derive(&mut mesh, &sets);
         assert!(mesh.tangents.iter().all(|t| (t.truncate() - Vec3::X).length() < 1e-6));
+    }
+
+    /// So a mesh with texture coordinates has tangents wherever its material looks at them.
+    #[test]
+    fn the_first_texture_coordinates_stand_in_for_others() {
+        let (mut mesh, mut expected) = (square(false), square(false));
+        derive(&mut mesh, &[Some(3)]);
+        derive(&mut expected, &[Some(0)]);
+        assert!(!mesh.tangents.is_empty());
+        assert_eq!(mesh, expected);
     }
 
     #[test]

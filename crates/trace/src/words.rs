@@ -181,9 +181,9 @@ mod tests {
     use vastlight_math::{Affine3, Vec3};
     use vastlight_scene::{Instance, Mesh, Scene, SceneDesc};
 
-    /// Two meshes of small triangles, and one without, placed some times.
-    fn scene(places: usize) -> Scene {
-        let mesh = |count: usize| Mesh {
+    /// Small triangles in rows of twenty.
+    fn mesh(count: usize) -> Mesh {
+        Mesh {
             positions: (0..3 * count)
                 .map(|i| {
                     Vec3::new((i / 3 % 20) as f32, (i / 60) as f32, 0.0)
@@ -192,7 +192,11 @@ mod tests {
                 .collect(),
             triangles: (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
             ..Mesh::default()
-        };
+        }
+    }
+
+    /// Two meshes, and one without triangles, placed some times.
+    fn scene(places: usize) -> Scene {
         let instance = |i: usize| Instance {
             world_from_object: Affine3::from_translation(Vec3::Z * i as f32),
             mesh: (i % 3) as u32,
@@ -296,6 +300,50 @@ mod tests {
             let triangles: BTreeSet<u32> = met.iter().map(|met| met.1).collect();
             assert_eq!(triangles.len(), scene.meshes()[number].triangles.len());
         }
+    }
+
+    /// Adds up how often each node above pages is met from a child on, and gives the leaves.
+    fn nodes_below(words: &TracerWords, child: u32, met: &mut [u32], leaves: &mut Vec<u32>) {
+        if child & LEAF != 0 {
+            leaves.extend((child != ChildRef::NONE.0).then_some(child & !LEAF));
+            return;
+        }
+        met[child as usize] += 1;
+        let children = &words.tree[child as usize * NODE_WORDS + 48..][..8];
+        children.iter().for_each(|&child| nodes_below(words, child, met, leaves));
+    }
+
+    /// Each mesh has pages of its own, which follow those of the meshes before it.
+    #[test]
+    fn nodes_above_the_pages_of_every_mesh_are_met_once_and_lead_to_its_pages() {
+        let mesh = |count| {
+            let mut mesh = self::mesh(count);
+            mesh.positions.iter_mut().for_each(|p| p.y *= 0.125);
+            mesh
+        };
+        let places = [0, 1, 2].map(|mesh| Instance { world_from_object: Affine3::IDENTITY, mesh, name: 0 });
+        let desc = SceneDesc {
+            meshes: [20_000, 9000, 30_000].map(mesh).to_vec(),
+            instances: places.to_vec(),
+            names: vec![String::new()],
+            ..SceneDesc::default()
+        };
+        let scene = Scene::new(desc).expect("a scene");
+        let tracer = Tracer::new(&scene, &compact()).expect("built");
+        let words = tracer.words(PAGE_BYTES).expect("words");
+        let first = words.tree[header::INSTANCES] as usize;
+        let (mut met, mut all) = (vec![0; first / NODE_WORDS], Vec::new());
+        for instance in words.tree[first..].chunks_exact(INSTANCE_WORDS) {
+            let (nodes, leaves) = (met.iter().sum::<u32>(), all.len());
+            nodes_below(&words, instance[12], &mut met, &mut all);
+            assert!(met.iter().sum::<u32>() > nodes, "a mesh has nodes above its pages");
+            assert!(all[leaves..].iter().min() > all[..leaves].iter().max());
+        }
+        nodes_below(&words, words.tree[header::ROOT], &mut met, &mut Vec::new());
+        // The first stands for the header.
+        assert!(met[0] == 0 && met[1..].iter().all(|&times| times == 1), "{met:?}");
+        let shift = words.tree[header::PAGE_SHIFT];
+        assert!(all.iter().all(|&leaf| (leaf >> shift) < tracer.pages().pages() as u32));
     }
 
     #[test]

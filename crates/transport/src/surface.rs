@@ -10,7 +10,7 @@ use crate::corners::{Corners, MeshCorners};
 use crate::material::ShadingPoint;
 use crate::placement::Placement;
 use vastlight_math::glam::DVec3;
-use vastlight_math::{Affine3, Frame, Vec2, Vec3, Vec4};
+use vastlight_math::{Affine3, Frame, Vec3, Vec4};
 use vastlight_scene::{Mesh, Scene};
 use vastlight_trace::Hit;
 
@@ -35,13 +35,13 @@ pub struct Surface {
 impl Surface {
     /// The surface that `hit` lies on.
     ///
-    /// `uv_sets` are needed, the others stay zero. `tangent_uv` names the texture coordinate set that orients the
-    /// tangent where the mesh has no tangents of its own; `None` leaves the tangent zero.
+    /// `uv_sets` are needed, the others stay zero. The tangent stays zero where it is not asked for, and where the mesh has
+    /// none: a scene derives them where a material needs them.
     #[must_use]
-    pub fn new(scene: &Scene, hit: &Hit, uv_sets: usize, tangent_uv: Option<u32>) -> Self {
+    pub fn new(scene: &Scene, hit: &Hit, uv_sets: usize, with_tangent: bool) -> Self {
         let map = scene.instances().map(hit.instance as usize);
         let corners = MeshCorners::new(mesh_of(scene, hit), hit);
-        Self::placed((map, &Placement::new(map)), hit, &corners, uv_sets, tangent_uv)
+        Self::placed((map, &Placement::new(map)), hit, &corners, uv_sets, with_tangent)
     }
 
     /// [`Surface::new`] with the placement of the hit instance and the corners of the hit triangle.
@@ -51,7 +51,7 @@ impl Surface {
         hit: &Hit,
         corners: &impl Corners,
         uv_sets: usize,
-        tangent_uv: Option<u32>,
+        with_tangent: bool,
     ) -> Self {
         let weights = Weights::of(hit);
         let points = corners.points();
@@ -62,9 +62,9 @@ impl Surface {
             offset: placement.error(points, position) * normal.abs().element_sum(),
             normal,
             smooth_normal: smooth_normal(corners, &weights, placement, normal),
-            tangent: tangent_uv.map_or(Vec4::ZERO, |set| {
-                let tangent = tangent(corners, &weights, points, set);
-                map.transform_vector3(tangent.truncate()).extend(tangent.w * placement.handedness)
+            tangent: with_tangent.then(|| corners.tangents()).flatten().map_or(Vec4::ZERO, |tangents| {
+                let along = map.transform_vector3(weights.blend(tangents.map(Vec4::truncate)));
+                along.extend(tangents[0].w * placement.handedness)
             }),
             attributes: attributes(corners, hit, uv_sets),
         }
@@ -161,22 +161,6 @@ impl Weights {
 fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     let (a, b, c): (DVec3, DVec3, DVec3) = (a.into(), b.into(), c.into());
     (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3()
-}
-
-/// Tangent in object space with the bitangent's sign: the mesh's own, or the direction in which `u` grows.
-fn tangent(corners: &impl Corners, weights: &Weights, points: [Vec3; 3], set: u32) -> Vec4 {
-    match corners.tangents() {
-        Some(tangents) => weights.blend(tangents.map(Vec4::truncate)).extend(tangents[0].w),
-        None => corners.uvs(set as usize).map_or(Vec4::ZERO, |uvs| tangent_of_uvs(points, uvs)),
-    }
-}
-
-/// The direction of growing `u`; the bitangent points to falling `v`, glTF's "up" in a normal map.
-fn tangent_of_uvs([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3]) -> Vec4 {
-    let (e1, e2, d1, d2) = (b - a, c - a, tb - ta, tc - ta);
-    let area = d1.perp_dot(d2);
-    let sign = 1.0_f32.copysign(area);
-    ((e1 * d2.y - e2 * d1.y) * sign).extend(-sign)
 }
 
 /// The unit vector nearest to the shading normal `z` about which the mirror image of `wo` is above the surface with

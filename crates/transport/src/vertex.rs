@@ -12,7 +12,6 @@ use crate::sample::Sample;
 use crate::surface::{Surface, mesh_of};
 use crate::wavefront::{Context, PathState, WAVELENGTH_DIMENSION};
 use vastlight_math::{Affine3, FAR, Frame, Ray, Vec3};
-use vastlight_scene::Scene;
 use vastlight_trace::Hit;
 
 /// Shortens shadow rays so that they do not meet the light itself.
@@ -46,7 +45,7 @@ impl<'a> Vertex<'a> {
     ) -> Self {
         let material = mesh_of(context.scene, hit).material_of(hit.prim);
         let table = context.materials;
-        let tangent_uv = table.needs_tangent(material).then(|| tangent_uv_set(context.scene, material));
+        let with_tangent = table.needs_tangent(material);
         let map = context.scene.instances().map(hit.instance as usize);
         let placement = context.placements.get(map, hit.instance);
         let place = (map, &placement);
@@ -54,9 +53,9 @@ impl<'a> Vertex<'a> {
         let surface = match page {
             None => {
                 let corners = MeshCorners::new(mesh_of(context.scene, hit), hit);
-                surface(place, (ray, cone), hit, &corners, uv_sets, tangent_uv)
+                surface(place, (ray, cone), hit, &corners, uv_sets, with_tangent)
             }
-            Some(page) => surface_in_page(place, (ray, cone), hit, &page.corners, uv_sets, tangent_uv),
+            Some(page) => surface_in_page(place, (ray, cone), hit, &page.corners, uv_sets, with_tangent),
         };
         let mut frame = surface.frame();
         let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {
@@ -197,12 +196,6 @@ impl<'a> Vertex<'a> {
     }
 }
 
-/// The texture coordinates that orient a material's tangents: those of its normal map, else the first.
-pub(crate) fn tangent_uv_set(scene: &Scene, material: u32) -> u32 {
-    let map = scene.materials()[material as usize].normal_map;
-    map.and_then(|m| scene.textures().get(m.texture as usize)).map_or(0, |t| t.uv_set)
-}
-
 fn unit(color: Vec3) -> Vec3 {
     color.clamp(Vec3::ZERO, Vec3::ONE)
 }
@@ -215,9 +208,9 @@ fn surface(
     hit: &Hit,
     corners: &impl Corners,
     uv_sets: usize,
-    tangent_uv: Option<u32>,
+    with_tangent: bool,
 ) -> Surface {
-    let mut surface = Surface::placed(place, hit, corners, uv_sets, tangent_uv);
+    let mut surface = Surface::placed(place, hit, corners, uv_sets, with_tangent);
     surface.attributes.areas = cone.areas((ray, hit.t), place.0, corners, uv_sets);
     surface
 }
@@ -230,7 +223,7 @@ fn surface_in_page(
     hit: &Hit,
     corners: &PageCorners<'_>,
     uv_sets: usize,
-    tangent_uv: Option<u32>,
+    with_tangent: bool,
 ) -> Surface {
-    surface(place, seen, hit, corners, uv_sets, tangent_uv)
+    surface(place, seen, hit, corners, uv_sets, with_tangent)
 }

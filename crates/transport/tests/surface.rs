@@ -34,7 +34,7 @@ fn wrong_rays(mesh: Mesh, place: Affine3, rng: &mut Rng, n: usize) -> (usize, us
     let mut rays = Vec::new();
     for i in 0..2 * n {
         let hit = random_hit(rng, &scene.meshes()[0]);
-        let surface = Surface::new(&scene, &hit, 0, None);
+        let surface = Surface::new(&scene, &hit, 0, false);
         let side = if i < n { 1.0 } else { -1.0 };
         let around = vastlight_math::Frame::from_z(surface.normal * side);
         let direction = around.to_outer(warp::cosine_hemisphere(rng.next_2d()));
@@ -69,7 +69,7 @@ fn normals_point_outwards_also_of_mirrored_bodies() {
         let scene =
             Build::in_light(Vec3::ONE).add(shapes::sphere(2, true), Material::new("m"), place).finish();
         for _ in 0..50 {
-            let surface = Surface::new(&scene, &random_hit(&mut rng, &scene.meshes()[0]), 0, None);
+            let surface = Surface::new(&scene, &random_hit(&mut rng, &scene.meshes()[0]), 0, false);
             let outwards = surface.position - center;
             assert!(surface.normal.dot(outwards) > 0.0 && surface.smooth_normal.dot(outwards) > 0.0);
             assert!((surface.normal.length() - 1.0).abs() < 1e-5);
@@ -84,8 +84,9 @@ fn tangents_follow_texture_coordinates() {
     let mut rng = Rng::new(5);
     for _ in 0..50 {
         let place = placement(&mut rng, 1.0, 3.0);
-        let scene = Build::in_light(Vec3::ONE).add(shapes::quad(), Material::new("m"), place).finish();
-        let surface = Surface::new(&scene, &random_hit(&mut rng, &scene.meshes()[0]), 1, Some(0));
+        let stretched = Material { anisotropy: 0.5, ..Material::new("m") };
+        let scene = Build::in_light(Vec3::ONE).add(shapes::quad(), stretched, place).finish();
+        let surface = Surface::new(&scene, &random_hit(&mut rng, &scene.meshes()[0]), 1, true);
         let frame = surface.frame();
         let along_u = place.transform_vector3(Vec3::X);
         let up = place.transform_vector3(Vec3::Y);
@@ -101,7 +102,7 @@ fn bent_frames_reflect_to_their_own_side() {
     let mut rng = Rng::new(11);
     let place = Affine3::IDENTITY;
     let scene = Build::in_light(Vec3::ONE).add(shapes::quad(), Material::new("m"), place).finish();
-    let surface = Surface::new(&scene, &random_hit(&mut rng, &scene.meshes()[0]), 0, None);
+    let surface = Surface::new(&scene, &random_hit(&mut rng, &scene.meshes()[0]), 0, false);
     let mut bent = 0;
     for _ in 0..20_000 {
         let z = warp::uniform_hemisphere(rng.next_2d());

@@ -44,8 +44,10 @@ pub struct DeviceRequest {
 }
 
 /// Paths in flight: as many as hide the latency of a card, or as few as stay in the caches behind a software adapter.
-const WAVE_ON_CARD: u32 = 1 << 19;
-const WAVE_IN_SOFTWARE: u32 = 1 << 16;
+#[must_use]
+pub fn paths_in_flight(executor: &Executor) -> u32 {
+    if executor.adapter().kind == AdapterKind::Software { 1 << 16 } else { 1 << 19 }
+}
 
 impl DeviceRequest {
     /// Whether the CPU takes over where a graphics processor fails.
@@ -113,8 +115,7 @@ impl<'r> Worker<'r> {
         progress: &mut dyn FnMut(CompileProgress),
     ) -> Result<Self, Error> {
         executor.prepare(kernels(renderer.settings().integrator), progress)?;
-        let software = executor.adapter().kind == AdapterKind::Software;
-        let capacity = if software { WAVE_IN_SOFTWARE } else { WAVE_ON_CARD };
+        let capacity = paths_in_flight(executor);
         Ok(Self::Gpu(Mutex::new(DeviceRenderer::new(executor, renderer, capacity)?)))
     }
 

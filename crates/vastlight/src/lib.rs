@@ -39,7 +39,7 @@ mod textures;
 pub use budget::check_fits;
 pub use cached::cached_store;
 pub use camera::CameraChoice;
-pub use device::{Device, DeviceRequest};
+pub use device::{Device, DeviceRequest, paths_in_flight};
 pub use error::{Error, ErrorClass};
 pub use input::PackInput;
 pub use load::{LoadOptions, describe, load, pack_input, stream};

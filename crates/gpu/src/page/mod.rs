@@ -21,11 +21,11 @@ use vastlight_transport::words::ScenePages;
 use vastlight_transport::words::pages::{KINDS, PageKind};
 
 /// Words of a page in the table: where it is, who asks for it, its uses.
-const PAGE_WORDS: usize = 3;
+pub(crate) const PAGE_WORDS: usize = 3;
 /// In the table: not there, or nobody.
 const NONE: u32 = u32::MAX;
 /// Uses are counted up to this; pages with so many cost no more atomic operations.
-const MOST_USES: u32 = 31;
+pub(crate) const MOST_USES: u32 = 31;
 /// Uses are forgotten after so many swaps, as published.
 const FORGET_AFTER: u32 = 10;
 /// Bytes that are sent at once: a part of the scene within bounds.

@@ -5,6 +5,8 @@
 //! how many paths go on stays there. Where they are not, each of these is done again for those that waited for pages, until none waits. What comes back is a `Sample` for each path, which the film sums exactly; so a picture depends on the device
 //! alone, not on how waves are cut nor on the order in which workgroups run.
 
+#[cfg(test)]
+mod numbers;
 mod scene;
 mod stage;
 mod stream;
@@ -31,7 +33,7 @@ const PATH_FIELDS: u32 = 77;
 const SAMPLE_FIELDS: u32 = 61;
 /// Words of a sample.
 const SAMPLE_WORDS: u64 = (PATH_FIELDS - SAMPLE_FIELDS) as u64;
-/// Waves become no smaller than this for want of memory.
+/// Waves of more paths than this are halved for want of memory.
 const LEAST_WAVE: u32 = 1 << 12;
 /// Where not all pages fit, waves take no more than this part of the memory that is left.
 const WAVE_PART: u64 = 4;

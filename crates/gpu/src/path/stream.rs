@@ -16,7 +16,7 @@ use vastlight_math::Vec3;
 use vastlight_transport::{RenderStats, SampleSink};
 
 /// Words of a ray on the device: see `stream_state.wgsl`.
-const RAY_FIELDS: u32 = 27;
+pub(super) const RAY_FIELDS: u32 = 27;
 /// Slots for each sample of a wave, further ones, and most of all: a binding has 128 MiB.
 const SLOTS_PER_SAMPLE: u32 = 4;
 const SLOTS_BESIDES: u32 = 1024;
@@ -27,14 +27,14 @@ const INTERSECT: u32 = 1;
 const LEFT: u32 = 2;
 const SHADE_RAYS: u32 = 3;
 /// Counters of slots that were given out, and of rays and shadow rays that were derived; one that does not matter.
-const SLOTS: u32 = 4;
-const RAYS: u32 = 5;
-const SHADOW_RAYS: u32 = 6;
+pub(super) const SLOTS: u32 = 4;
+pub(super) const RAYS: u32 = 5;
+pub(super) const SHADOW_RAYS: u32 = 6;
 const SPARE: u32 = 7;
 /// All counters, behind which sums stand.
-const COUNTERS: u32 = 8;
+pub(super) const COUNTERS: u32 = 8;
 /// Words of a sum: see `stream_sum.wgsl`.
-const SUM_WORDS: u32 = 7;
+pub(super) const SUM_WORDS: u32 = 7;
 /// What sums are counted in.
 const SUM_UNIT: f64 = 1.0 / (1 << 28) as f64;
 /// Turns of traversal and intersection that are recorded before the host looks at the queues.

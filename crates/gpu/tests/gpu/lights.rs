@@ -290,12 +290,3 @@ fn wrong_ways_from_the_root_are_found() {
     let agreement = compare(scenes::many_triangles(), FLAT, &turned);
     assert!(agreement.is_none_or(|agreement| !agreement.is_good()));
 }
-
-#[test]
-fn places_in_the_header_are_the_same() {
-    let text = LIGHTS_PROBE.wgsl();
-    for (name, place) in place::PLACES {
-        let line = format!("const LIGHT_{name}: u32 = {place}u;");
-        assert!(text.contains(&line), "{line}");
-    }
-}

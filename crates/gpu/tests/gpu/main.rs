@@ -13,6 +13,8 @@ mod paging;
 mod path;
 mod path_scenes;
 mod primitives;
+mod quiet;
+mod random;
 mod scattering;
 mod streams;
 mod trace;

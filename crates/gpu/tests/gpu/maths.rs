@@ -1,9 +1,8 @@
-//! The device's real functions, frames and warps against `vastlight-math`, and the writer of tables.
+//! The device's real functions, frames and warps against `vastlight-math`.
 
 use crate::common::{answers, probe};
 use std::f32::consts::{FRAC_PI_2, PI};
 use vastlight_math::{Frame, Rng, Vec2, Vec3, real, warp};
-use vastlight_transport::words::tables;
 
 probe!(MATH_PROBE = "math_probe", 2);
 
@@ -111,17 +110,4 @@ fn functions_are_those_of_the_cpu() {
     // A change of the input that is not far above the tolerance is found.
     records.iter_mut().for_each(|r| r.u.x *= 1.0 - 3e-5);
     assert!(differences(&found, &records) > 8000);
-}
-
-#[test]
-fn places_in_the_header_of_tables_are_those_of_the_writer() {
-    let part = include_str!("../../src/wgsl/shared/path/tables.wgsl");
-    for (name, place) in [
-        ("ALBEDO", tables::ALBEDO),
-        ("MATERIALS", tables::MATERIALS),
-        ("INSTANCES", tables::INSTANCES),
-        ("TEXTURES", tables::TEXTURES),
-    ] {
-        assert!(place < tables::HEADER && part.contains(&format!("const TABLES_{name}: u32 = {place}u;")));
-    }
 }

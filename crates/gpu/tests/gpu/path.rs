@@ -2,12 +2,11 @@
 
 use crate::common::software;
 use crate::path_scenes::{demo, materials, veils};
-use vastlight_gpu::path::{DeviceRenderer, kernels};
+use vastlight_gpu::path::DeviceRenderer;
 use vastlight_gpu::{DeviceChoice, Executor, GpuError};
 use vastlight_math::Vec3;
 use vastlight_scene::Scene;
 use vastlight_trace::{Layout, Tracer, TracerConfig};
-use vastlight_transport::words::{camera, geometry, materials as material_words, tables, textures};
 use vastlight_transport::{
     DirectSampling, Integrator, Lights, MaterialTable, RenderSettings, RenderStats, Renderer, Sample,
 };
@@ -65,23 +64,33 @@ fn with_renderer<T>(
     call(&Renderer::new(scene, &tracer, &materials, &lights, settings.clone()))
 }
 
-fn on_cpu(scene: &Scene, settings: &RenderSettings, spp: u32) -> Picture {
+pub(crate) fn on_cpu(scene: &Scene, settings: &RenderSettings, spp: u32) -> Picture {
     with_renderer(scene, settings, Layout::Compact, |renderer| {
         let tile = settings.region();
         gather(settings, |sink| renderer.render_tile(tile, 0..spp, sink).expect("rendered"))
     })
 }
 
-fn on_device(
+pub(crate) fn on_device(
+    executor: &mut Executor,
+    scene: &Scene,
+    settings: &RenderSettings,
+    samples: (u32, u32),
+) -> Picture {
+    try_on_device(executor, scene, settings, samples).expect("fits")
+}
+
+/// A picture, unless the renderer does not fit.
+fn try_on_device(
     executor: &mut Executor,
     scene: &Scene,
     settings: &RenderSettings,
     (spp, capacity): (u32, u32),
-) -> Picture {
+) -> Result<Picture, GpuError> {
     with_renderer(scene, settings, Layout::Compact, |renderer| {
-        let mut device = DeviceRenderer::new(executor, renderer, capacity).expect("fits");
+        let mut device = DeviceRenderer::new(executor, renderer, capacity)?;
         let tile = settings.region();
-        gather(settings, |sink| device.render_tile(tile, 0..spp, sink).expect("rendered"))
+        Ok(gather(settings, |sink| device.render_tile(tile, 0..spp, sink).expect("rendered")))
     })
 }
 
@@ -195,16 +204,32 @@ fn pictures_do_not_depend_on_how_waves_are_cut() {
     }
 }
 
+/// A renderer either does not fit, or renders to the end: in waves of fewer samples than the picture has, where there is less
+/// room.
 #[test]
 fn waves_shrink_to_the_memory_that_there_is() {
+    const BLOCK: u64 = 1 << 17;
+    const BLOCKS: u64 = 64;
     let Some(mut shared) = software() else { return };
     let scene = demo("cornell", None);
-    let settings = RenderSettings { width: 100, height: 60, ..settings(&scene) };
-    let whole = on_device(&mut shared, &scene, &settings, (2, 20_000));
+    let integrator = Integrator::Primary;
+    let settings = RenderSettings { width: 64, height: 36, integrator, ..settings(&scene) };
+    let whole = on_device(&mut shared, &scene, &settings, (1, 20_000));
     drop(shared);
-    let mut small = Executor::open(DeviceChoice::Software, Some(8 << 20)).expect("as before");
-    let cut = on_device(&mut small, &scene, &settings, (2, 1 << 20));
-    assert!(cut == whole && small.held_bytes() <= 8 << 20, "{}", small.held_bytes());
+    let mut small = Executor::open(DeviceChoice::Software, Some(BLOCKS * BLOCK)).expect("as before");
+    let mut render = |free: u64| {
+        let taken: Vec<_> =
+            (free..BLOCKS).map(|_| small.allocate("taken", BLOCK).expect("within the budget")).collect();
+        let cut = try_on_device(&mut small, &scene, &settings, (1, 1 << 20));
+        taken.into_iter().for_each(|resident| small.release(resident));
+        assert!(small.held_bytes() <= BLOCKS * BLOCK);
+        cut
+    };
+    assert!(render(BLOCKS).expect("fits") == whole);
+    let outcomes: Vec<_> = (4..12).map(&mut render).collect();
+    assert!(matches!(outcomes[0], Err(GpuError::OutOfMemory { .. })));
+    let fitting: Vec<Picture> = outcomes.into_iter().filter_map(Result::ok).collect();
+    assert!(!fitting.is_empty() && fitting.iter().all(|cut| *cut == whole));
 }
 
 #[test]
@@ -228,38 +253,4 @@ fn what_cannot_be_rendered_is_an_error_and_leaves_nothing() {
         DeviceRenderer::new(&mut small, renderer, 100).map(drop).expect_err("not in pages")
     });
     assert!(matches!(wide, GpuError::Scene { .. }), "{wide}");
-}
-
-#[test]
-fn records_are_read_where_they_are_written() {
-    let text: String = kernels(Integrator::Path).iter().map(|kernel| kernel.wgsl()).collect();
-    let shade = |name: &str, value: usize| {
-        let line = format!("const {name}: u32 = {value}u;");
-        assert!(text.contains(&line), "{line}");
-    };
-    for (name, value) in [
-        ("TABLES_ALBEDO", tables::ALBEDO),
-        ("TABLES_MATERIALS", tables::MATERIALS),
-        ("TABLES_INSTANCES", tables::INSTANCES),
-        ("TABLES_TEXTURES", tables::TEXTURES),
-        ("TABLES_MESHES", tables::MESHES),
-        ("TABLES_CAMERA", tables::CAMERA),
-        ("TABLES_SRGB", tables::SRGB),
-        ("MATERIAL_WORDS", material_words::WORDS),
-        ("MATERIAL_INPUTS", material_words::INPUTS),
-        ("MATERIAL_ALL_INPUTS", material_words::ALL_INPUTS),
-        ("TEXTURE_WORDS", textures::WORDS),
-        ("TEXTURE_LEVEL_WORDS", textures::LEVEL_WORDS),
-        ("GEOMETRY_MESH_WORDS", geometry::MESH_WORDS),
-        ("GEOMETRY_INSTANCE_WORDS", geometry::INSTANCE_WORDS),
-        ("CAMERA_FILTER", camera::FILTER),
-        ("INSTANCE_WORDS", vastlight_trace::words::INSTANCE_WORDS),
-        ("NODE_WORDS_OF_TREE", vastlight_trace::words::NODE_WORDS),
-        ("TREE_ROOT", vastlight_trace::words::header::ROOT),
-        ("TREE_INSTANCES", vastlight_trace::words::header::INSTANCES),
-        ("TREE_EXTENT", vastlight_trace::words::header::EXTENT),
-        ("TREE_MARGIN", vastlight_trace::words::header::MARGIN),
-    ] {
-        shade(name, value);
-    }
 }

@@ -5,7 +5,7 @@ use vastlight_math::{Affine3, Quat, Vec2, Vec3, Vec4};
 use vastlight_scene::generate::{self, GenerateOptions};
 use vastlight_scene::{
     AlphaMode, Camera, Channel, ColorInput, Encoding, Environment, Filter, Image, Instance, Light, LightKind,
-    Material, Mesh, NormalMap, ScalarInput, Scene, SceneDesc, Texels, Texture, Wrap,
+    Material, Mesh, NormalMap, ScalarInput, Scene, SceneDesc, Texels, Texture, TextureTransform, Wrap,
 };
 
 /// A demo of at most this many triangles, where its size can be chosen.
@@ -251,6 +251,86 @@ pub(crate) fn materials() -> Scene {
     build.finish()
 }
 
+/// Unlit quads side by side, each with a texture that is read in a way of its own, and named after it. The colours of a
+/// picture are those that lookups give, a few texels a pixel at most.
+pub(crate) fn lookups() -> Scene {
+    let image = |texels, channels| Image { name: String::new(), width: 5, height: 3, channels, texels };
+    let bytes = texels(15);
+    let wide = |count: usize| (0..count).map(|i| (i * 40_503 + i * i * 977) as u16).collect();
+    let mut build = Build::new(Vec3::ZERO);
+    build.desc.images = vec![
+        image(Texels::U8(bytes.clone()), 4),
+        image(Texels::U8(bytes[..45].to_vec()), 3),
+        image(Texels::U16(wide(15)), 1),
+        image(Texels::U16(wide(45)), 3),
+        image(Texels::F32(bytes[..30].iter().map(|&b| f32::from(b) / 300.0).collect()), 2),
+    ];
+    // From before the image to behind it.
+    let beyond = TextureTransform {
+        offset: Vec2::new(-1.2, -0.9),
+        scale: Vec2::new(3.1, 2.7),
+        ..TextureTransform::IDENTITY
+    };
+    let turned = TextureTransform { rotation: 0.7, scale: Vec2::new(2.0, 0.6), ..beyond };
+    let read = |image, encoding| Texture { transform: beyond, ..Texture::new(image, encoding) };
+    let plain = || read(0, Encoding::Srgb);
+    let ways = [
+        ("repeated", plain()),
+        ("mirrored", Texture { wrap: [Wrap::Mirror; 2], ..plain() }),
+        ("clamped", Texture { wrap: [Wrap::Clamp, Wrap::Repeat], ..plain() }),
+        ("nearest", Texture { filter: Filter::Nearest, ..plain() }),
+        ("turned", Texture { transform: turned, ..plain() }),
+        ("second coordinates", Texture { uv_set: 1, ..plain() }),
+        ("bytes", read(1, Encoding::Linear)),
+        ("words", read(2, Encoding::Linear)),
+        ("encoded words", read(3, Encoding::Srgb)),
+        ("floats", read(4, Encoding::Linear)),
+    ];
+    let mut mesh = quad();
+    mesh.uvs.push(mesh.uvs[0].iter().map(|uv| Vec2::new(1.0 - uv.y, 0.3 * uv.x)).collect());
+    build.desc.meshes.push(mesh);
+    build.desc.textures.clear();
+    for (i, (name, texture)) in ways.into_iter().enumerate() {
+        build.desc.textures.push(texture);
+        let base_color = colored(i as u32);
+        let at = Vec3::new((i % 5) as f32 - 2.0, (i / 5) as f32, 0.0);
+        let place = Affine3::from_scale_rotation_translation(Vec3::splat(0.45), Quat::IDENTITY, at);
+        build.put(2, Material { unlit: true, base_color, ..Material::new(name) }, place);
+    }
+    build.finish()
+}
+
+/// A closed block of the cube from -1 to 1.
+fn block() -> Mesh {
+    let corner = |i: u32| Vec3::new(i as f32 % 2.0, (i / 2) as f32 % 2.0, (i / 4) as f32) * 2.0 - 1.0;
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh {
+        positions: (0..8).map(corner).collect(),
+        triangles: sides.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect(),
+        ..Mesh::default()
+    }
+}
+
+/// A block of clear glass with colour in it, before a background that is the same everywhere; in the block a light and
+/// something that it shines on.
+pub(crate) fn amber() -> Scene {
+    let mut build = Build::new(Vec3::ONE);
+    build.desc.meshes.push(block());
+    let amber = Material {
+        attenuation_color: Vec3::new(0.8, 0.5, 0.2),
+        attenuation_distance: 0.7,
+        ..Material::glass("amber", 1.5, 0.0)
+    };
+    let inside = Material { double_sided: true, ..Material::diffuse("inside", Vec3::splat(0.8)) };
+    let turned = Quat::from_rotation_y(0.4);
+    let at = Vec3::new(0.0, 0.6, 0.0);
+    let size = Vec3::new(1.6, 0.8, 0.5);
+    build.put(2, amber, Affine3::from_scale_rotation_translation(size, turned, at));
+    build.put(0, inside, Affine3::from_scale_rotation_translation(Vec3::splat(0.3), turned, at));
+    build.desc.lights = vec![light(LightKind::Point, Vec3::new(0.1, 0.7, 0.35), Vec3::splat(0.5))];
+    build.finish()
+}
+
 /// A ball of radius 1 with smooth normals.
 fn ball() -> Mesh {
     let (rows, columns) = (12_u32, 24_u32);
@@ -304,6 +384,20 @@ pub(crate) fn mirrors() -> Scene {
         light(LightKind::Point, Vec3::new(-1.0, 3.0, 2.0), Vec3::new(20.0, 18.0, 15.0)),
         light(LightKind::Point, Vec3::new(2.0, 2.0, 1.5), Vec3::splat(8.0)),
     ];
+    build.finish()
+}
+
+/// Blocks of heavy glass one behind the other before a coloured background, none of which absorbs: a ray of the camera becomes
+/// hundreds.
+pub(crate) fn plates(count: usize) -> Scene {
+    let mut build = Build::new(Vec3::new(0.9, 0.7, 0.5));
+    build.desc.meshes.push(block());
+    for i in 0..count {
+        let at = Vec3::new(0.0, 0.6, 1.5 - 0.4 * i as f32);
+        let place = Affine3::from_scale_rotation_translation(Vec3::new(3.0, 2.0, 0.1), Quat::IDENTITY, at);
+        build.put(2, Material::glass("plate", 2.4, 0.0), place);
+    }
+    build.desc.lights = vec![light(LightKind::Point, Vec3::new(1.0, 3.0, 4.0), Vec3::splat(8.0))];
     build.finish()
 }
 

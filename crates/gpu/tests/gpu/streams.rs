@@ -2,7 +2,7 @@
 
 use crate::common::software;
 use crate::path::{Picture, difference, gather, settings};
-use crate::path_scenes::{demo, mirrors};
+use crate::path_scenes::{demo, mirrors, plates};
 use vastlight_gpu::Executor;
 use vastlight_gpu::path::DeviceRenderer;
 use vastlight_math::Vec3;
@@ -82,7 +82,23 @@ fn a_scene_that_differs_is_found() {
     assert!(differs > 20.0 * same, "{same} {differs}");
 }
 
-/// Waves of any size, some of which have too few slots for their rays at first, and every depth.
+/// A wave of so many rays that it has to start again with a half of its samples, and with a half of these.
+#[test]
+fn waves_whose_rays_want_more_slots_start_again_with_fewer_samples() {
+    let Some(mut executor) = software() else { return };
+    let scene = plates(4);
+    let settings = RenderSettings { width: 16, height: 9, max_depth: 12, ..whitted(&scene) };
+    let cpu = on_cpu(&scene, &settings, 4);
+    // The rays of a sample, on average, are far more than its slots, which are four and few besides.
+    assert!(cpu.stats.rays + cpu.stats.shadow_rays > 20 * cpu.stats.samples, "{:?}", cpu.stats);
+    let whole = on_device(&mut executor, &scene, &settings, (4, 576));
+    let share = difference(&cpu, &whole) / power(&cpu);
+    assert!(share < 1e-3, "{share}");
+    let few = on_device(&mut executor, &scene, &settings, (4, 40));
+    assert!(few == whole);
+}
+
+/// Waves of any size, and every depth.
 #[test]
 fn pictures_do_not_depend_on_how_waves_are_cut() {
     let Some(mut executor) = software() else { return };

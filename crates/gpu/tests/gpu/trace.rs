@@ -210,15 +210,29 @@ fn rays_that_cannot_hit_and_scenes_of_nothing_are_misses() {
     assert_eq!(closest(&mut executor, &sheet, &[]), []);
 }
 
+/// Of directions whose other components are as long, shorter or all but nothing, through turned and stretched instances.
 #[test]
 fn directions_of_any_length_hit_at_the_same_place() {
     let Some(mut executor) = software() else { return };
-    let sheet = on_device(&mut executor, &alone(sheet(65)));
-    let t = [1e-30_f32, 1e-8, 1.0, 1e8, 1e30].map(|length| {
-        let ray = ray(Vec3::new(0.1, 2.0, 0.1), -Vec3::Y * length);
-        closest(&mut executor, &sheet, &[ray])[0].t * length
-    });
-    assert!(t.iter().all(|other| (other - t[2]).abs() < 1e-5), "{t:?}");
+    let scene = crowd();
+    let device = on_device(&mut executor, &scene);
+    let flatter =
+        [Vec3::ONE, Vec3::new(1.0, 1e-3, 1.0), Vec3::new(1e-9, 1.0, 1e-20), Vec3::new(1.0, 0.0, 1e-5)];
+    let direction = |i: usize| point(i, 9) * flatter[i % 4];
+    let plain: Vec<Ray> = (0..1000).map(|i| ray(point(i, 7) * 2.0, direction(i))).collect();
+    let mut expected = vec![Hit::MISS; plain.len()];
+    tracer(&scene, Layout::Wide).closest(&plain, &AcceptAll, &mut expected);
+    assert!(expected.iter().filter(|hit| hit.is_hit()).count() > 200);
+    for exponent in [-100, -60, -21, -1, 1, 21, 60, 100] {
+        let length = 2.0_f32.powi(exponent);
+        let rays: Vec<Ray> =
+            plain.iter().map(|given| Ray { direction: given.direction * length, ..*given }).collect();
+        let found = closest(&mut executor, &device, &rays);
+        let rescaled = found.iter().map(|hit| Hit { t: hit.t * length, ..*hit });
+        let differ = expected.iter().zip(rescaled).filter(|(a, b)| !same(a, b)).count();
+        assert_eq!(differ, 0, "2^{exponent}");
+    }
+    device.release(&mut executor);
 }
 
 #[test]

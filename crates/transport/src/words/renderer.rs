@@ -43,9 +43,7 @@ impl Renderer<'_> {
         words.section(tables::CAMERA);
         camera::put(&mut words, &self.camera);
         words.section(tables::MATERIALS);
-        for row in rows {
-            materials::put(&mut words, row, all_textures.len());
-        }
+        rows.iter().for_each(|row| materials::put(&mut words, row, all_textures.len()));
         let first_kept = kept + attributes.kept_pages();
         let first = textures::put(&mut words, all_textures, &tiled, [tiles, first_kept]);
         words.set(tables::TEXTURES, first);

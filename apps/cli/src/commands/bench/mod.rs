@@ -37,7 +37,7 @@ enum What {
 impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
-        matches!(self.what, What::Sort(_) | What::Path(_) | What::Build(_) | What::Trace(_))
+        !matches!(self.what, What::Ooc(_) | What::Texture(_))
     }
 }
 
