@@ -17,7 +17,7 @@ pub struct PreparedTexture<'s> {
     /// The levels above it.
     pub(crate) smaller: Arc<[Image]>,
     /// Where all levels are, if not in memory.
-    tiles: Option<Arc<TileGrid>>,
+    pub(crate) tiles: Option<Arc<TileGrid>>,
     /// Rows of the affine map of coordinates: x, y, offset.
     pub(crate) matrix: [[f32; 3]; 2],
     /// Texels of a unit square of coordinates.
@@ -78,11 +78,6 @@ impl<'s> PreparedTexture<'s> {
     #[must_use]
     pub fn uv_set(&self) -> u32 {
         self.uv_set
-    }
-
-    /// Where the texels are, if not in memory.
-    pub(crate) fn grid(&self) -> Option<&Arc<TileGrid>> {
-        self.tiles.as_ref()
     }
 
     /// Whether the texels are in tiles, not in memory.

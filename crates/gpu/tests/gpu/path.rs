@@ -214,19 +214,19 @@ fn waves_shrink_to_the_memory_that_there_is() {
     let scene = demo("cornell", None);
     let integrator = Integrator::Primary;
     let settings = RenderSettings { width: 64, height: 36, integrator, ..settings(&scene) };
-    let whole = on_device(&mut shared, &scene, &settings, (1, 20_000));
+    let whole = on_device(&mut shared, &scene, &settings, (2, 20_000));
     drop(shared);
     let mut small = Executor::open(DeviceChoice::Software, Some(BLOCKS * BLOCK)).expect("as before");
     let mut render = |free: u64| {
         let taken: Vec<_> =
             (free..BLOCKS).map(|_| small.allocate("taken", BLOCK).expect("within the budget")).collect();
-        let cut = try_on_device(&mut small, &scene, &settings, (1, 1 << 20));
+        let cut = try_on_device(&mut small, &scene, &settings, (2, 1 << 20));
         taken.into_iter().for_each(|resident| small.release(resident));
         assert!(small.held_bytes() <= BLOCKS * BLOCK);
         cut
     };
     assert!(render(BLOCKS).expect("fits") == whole);
-    let outcomes: Vec<_> = (4..12).map(&mut render).collect();
+    let outcomes: Vec<_> = (8..40).step_by(3).map(&mut render).collect();
     assert!(matches!(outcomes[0], Err(GpuError::OutOfMemory { .. })));
     let fitting: Vec<Picture> = outcomes.into_iter().filter_map(Result::ok).collect();
     assert!(!fitting.is_empty() && fitting.iter().all(|cut| *cut == whole));

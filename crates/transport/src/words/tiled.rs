@@ -41,7 +41,7 @@ pub(super) fn all<'a>(
     }
     let mut known: BTreeMap<_, TiledTexture> = BTreeMap::new();
     let place = |texture: &'a PreparedTexture<'_>| {
-        if let Some(grid) = texture.grid() {
+        if let Some(grid) = &texture.tiles {
             return TiledTexture { grid: grid.clone(), levels: grid.levels().len(), kept: false };
         }
         let made = known.entry(key(texture)).or_insert_with(|| {
