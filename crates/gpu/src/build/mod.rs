@@ -5,10 +5,12 @@
 
 pub mod boxes;
 pub mod codes;
+mod grid;
 pub mod hlbvh2;
 mod merge;
 mod nodes;
 mod pyramid;
+pub mod regions;
 mod splits;
 pub mod wide;
 
@@ -17,6 +19,7 @@ use crate::kernel::Kernel;
 use crate::limits::WORKGROUPS_PER_AXIS;
 use crate::primitives::{GROUP, queue};
 use crate::recording::{Buffer, Recording};
+use codes::Rounding;
 use vastlight_accel::{BinaryTree, Node};
 
 /// Words of a node: box, left child, first element, number of elements; as [`Node`] lies in memory.
@@ -25,7 +28,7 @@ pub const NODE_WORDS: u64 = 9;
 pub const MAX_ELEMENTS: u32 = WORKGROUPS_PER_AXIS / 2 * GROUP;
 
 /// Every kernel of this module.
-pub(crate) static KERNELS: [&Kernel; 16] = [
+pub(crate) static KERNELS: [&Kernel; 19] = [
     &boxes::BOXES,
     &codes::EXTENTS,
     &codes::CODES,
@@ -35,6 +38,9 @@ pub(crate) static KERNELS: [&Kernel; 16] = [
     &hlbvh2::TOP,
     &hlbvh2::PLACE,
     &hlbvh2::QUEUE,
+    &grid::DIVIDE,
+    &grid::GATHER,
+    &grid::ALIKE,
     &pyramid::GATHER,
     &pyramid::LEVELS_KERNEL,
     &nodes::NODES,
@@ -53,17 +59,39 @@ pub enum Builder {
     MortonQueues,
     /// HLBVH2: clusters from work queues, under a tree by the surface-area heuristic over a grid.
     Hlbvh2,
+    /// The surface-area heuristic over grids of several levels of detail.
+    GridSah,
 }
 
 impl Builder {
     /// All, with their names.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("morton", Self::Morton), ("morton-queues", Self::MortonQueues), ("hlbvh2", Self::Hlbvh2)];
+    pub const ALL: [(&'static str, Self); 4] = [
+        ("morton", Self::Morton),
+        ("morton-queues", Self::MortonQueues),
+        ("hlbvh2", Self::Hlbvh2),
+        ("grid-sah", Self::GridSah),
+    ];
 
     /// The builder of this name.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, builder)| *builder)
+    }
+
+    const fn rounding(self) -> Rounding {
+        match self {
+            Self::GridSah => Rounding::Cut,
+            _ => Rounding::Nearest,
+        }
+    }
+
+    /// Most levels of nodes above equal codes.
+    const fn levels(self) -> u32 {
+        match self {
+            Self::Morton | Self::MortonQueues => codes::CODE_BITS,
+            Self::Hlbvh2 => hlbvh2::LEVELS,
+            Self::GridSah => grid::LEVELS,
+        }
     }
 }
 
@@ -110,7 +138,7 @@ pub fn record(
         return Ok(nodes::nothing(recording));
     }
     let mut mark = |name, recording: &Recording| stages.push((name, recording.commands().len()));
-    let codes = codes::record(recording, boxes, count)?;
+    let codes = codes::record(recording, boxes, count, builder.rounding())?;
     mark("codes", recording);
     let sorted = codes::sort(recording, codes, count)?;
     mark("sort", recording);
@@ -122,14 +150,18 @@ pub fn record(
             mark("top", recording);
             (hlbvh2::record(recording, &clusters, count, leaf), clusters.placed.order)
         }
+        Builder::GridSah => {
+            let cells = grid::record_cells(recording, codes.extents, sorted, count);
+            mark("top", recording);
+            grid::record(recording, &cells, count, leaf)
+        }
     };
     mark("hierarchy", recording);
     let pyramid = pyramid::record(recording, boxes, order, count)?;
     mark("boxes", recording);
     let tree = nodes::record(recording, splits, (pyramid, order), count)?;
     mark("nodes", recording);
-    let above = if builder == Builder::Hlbvh2 { hlbvh2::LEVELS } else { codes::CODE_BITS };
-    Ok(DeviceTree { levels: above + queue::levels(count, leaf.max(1)), ..tree })
+    Ok(DeviceTree { levels: builder.levels() + queue::levels(count, leaf.max(1)), ..tree })
 }
 
 /// Records new boxes for all nodes of a tree whose elements have the boxes `boxes` now.

@@ -6,6 +6,7 @@
 
 struct Parameters {
     count: u32,
+    cut: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -58,8 +59,9 @@ fn main(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index)
             var code = 0u;
             for (var axis = 0u; axis < 3u; axis++) {
                 let x = min((doubled_centre(b, axis) - cells[axis].x) * cells[axis].y, 1023.0);
-                // To the nearest of half a cell less: the cell below.
-                code |= spread(u32(max(round(x - 0.499), 0.0))) << (2u - axis);
+                // To the nearest of half a cell less is the cell below, but for its last thousandth.
+                let cell = select(round(x - 0.499), x, parameters.cut != 0u);
+                code |= spread(u32(max(cell, 0.0))) << (2u - axis);
             }
             codes[i] = code;
             numbers[i] = i;

@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 use vastlight_accel::wide::{Boxes, Node8, validate_nodes};
 use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Report, Scratch, Violation, validate};
 use vastlight_gpu::build::boxes::{box_words, boxes};
-use vastlight_gpu::build::codes::codes;
-use vastlight_gpu::build::hlbvh2::{Top, top};
+use vastlight_gpu::build::codes::{Rounding, codes};
+use vastlight_gpu::build::hlbvh2;
+use vastlight_gpu::build::regions::{self, CellTree};
 use vastlight_gpu::build::wide::{self, Wide};
 use vastlight_gpu::build::{Builder, DeviceTree, record, record_refit, tree_of_words};
 use vastlight_gpu::{Executor, GpuError, Recording, Results, build};
@@ -41,6 +42,7 @@ fn adversarial() -> Vec<(&'static str, Vec<Aabb>)> {
     one_huge.push(Aabb { min: Vec3::splat(-1e6), max: Vec3::splat(1.1e6) });
     let grown = |i: usize| Aabb { min: Vec3::splat(-(i as f32)), max: Vec3::splat(i as f32) };
     let far = |i: usize| Aabb::point(Vec3::X * 2.0_f32.powi(i as i32 / 2 - 60));
+    let crowded = |i: usize| point(i, 3) * point(i, 3).length_squared().powi(3);
     let mut broken = many(900, 0.1);
     broken[3] = Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
     broken[500] = Aabb { min: Vec3::NAN, max: Vec3::NAN };
@@ -53,6 +55,7 @@ fn adversarial() -> Vec<(&'static str, Vec<Aabb>)> {
         ("one huge", one_huge),
         ("flat", scaled(many(3000, 0.1), Vec3::new(1.0, 0.0, 1.0))),
         ("line", scaled(many(3000, 0.1), Vec3::X)),
+        ("crowded", (0..5000).map(|i| Aabb::point(crowded(i))).collect()),
         ("doubling", (0..200).map(far).collect()),
         ("tiny", scaled(many(2000, 0.1), Vec3::splat(1e-30))),
         ("large", scaled(many(2000, 0.1), Vec3::splat(1e36))),
@@ -99,26 +102,37 @@ fn built(executor: &mut Executor, builder: Builder, boxes: &[Aabb], leaf: u32) -
 /// The tree that the CPU builds.
 fn expected(name: &str, boxes: &[Aabb], max_leaf: u32) -> BinaryTree {
     let name = match name {
-        "hlbvh2" => return hlbvh2(boxes, max_leaf as usize),
+        "hlbvh2" => {
+            let (extents, codes) = codes(boxes, Rounding::Nearest);
+            return over_cells(boxes, hlbvh2::top(extents, &codes), (&codes, 15), max_leaf as usize);
+        }
+        "grid-sah" => {
+            let (extents, codes) = codes(boxes, Rounding::Cut);
+            let tree = regions::tree(extents, &codes, 0, max_leaf);
+            return over_cells(boxes, tree, (&codes, 0), max_leaf as usize);
+        }
         "morton-queues" => "morton",
         same => same,
     };
+    of_cpu(name, boxes, max_leaf)
+}
+
+/// The tree of the builder of this name.
+fn of_cpu(name: &str, boxes: &[Aabb], max_leaf: u32) -> BinaryTree {
     let mut references: Vec<Reference> = boxes.iter().zip(0..).map(|(b, i)| Reference::new(b, i)).collect();
     let config = BuildConfig { max_leaf, ..BuildConfig::default() };
     vastlight_accel::build(name, &mut references, None, &config, &mut Scratch::default()).expect("built")
 }
 
-/// HLBVH2 with the top level that the device has, by the CPU.
-fn hlbvh2(boxes: &[Aabb], leaf: usize) -> BinaryTree {
-    let (extents, codes) = codes(boxes);
+/// The tree whose upper part is over cells, the codes but for some lower bits, by the CPU.
+fn over_cells(boxes: &[Aabb], upper: CellTree, (codes, bits): (&[u32], u32), leaf: usize) -> BinaryTree {
     let mut sorted: Vec<(u32, u32)> = codes.iter().copied().zip(0..).collect();
     sorted.sort_unstable();
-    let Top { clusters, splits } = top(extents, &codes);
     let mut placed = Vec::new();
     let mut middles: BTreeMap<(usize, usize), usize> =
-        splits.iter().map(|s| ((s[0] as usize, s[1] as usize), s[2] as usize)).collect();
-    for (cell, held) in clusters {
-        let start = sorted.partition_point(|(code, _)| code >> 15 < cell);
+        upper.splits.iter().map(|s| ((s[0] as usize, s[1] as usize), s[2] as usize)).collect();
+    for (cell, held) in upper.cells {
+        let start = sorted.partition_point(|(code, _)| code >> bits < cell);
         placed.extend(&sorted[start..start + held as usize]);
         split(&placed, (placed.len() - held as usize, placed.len()), leaf, &mut middles);
     }
@@ -129,6 +143,14 @@ fn hlbvh2(boxes: &[Aabb], leaf: usize) -> BinaryTree {
         number(&mut tree, 0, &middles);
     }
     refitted(&tree, &seen(boxes))
+}
+
+/// A tree's elements with those of each leaf in the order of their numbers.
+fn sorted_leaves(tree: &BinaryTree) -> Vec<u32> {
+    let mut prims = tree.prims.clone();
+    let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
+    leaves.for_each(|leaf| prims[leaf.first as usize..][..leaf.count as usize].sort_unstable());
+    prims
 }
 
 /// Finds the splits of a run of codes.
@@ -181,10 +203,40 @@ fn trees_are_valid_and_those_of_the_cpu() {
             validate(&tree, &seen(&boxes), leaf)
                 .unwrap_or_else(|e| panic!("{name} {builder_name} {leaf}: {e}"));
             let expected = expected(builder_name, &boxes, leaf);
-            assert!(tree.prims == expected.prims, "{name} {builder_name} {leaf}: order");
             assert!(tree.nodes == expected.nodes, "{name} {builder_name} {leaf}: nodes");
+            let alike = match builder {
+                Builder::GridSah => sorted_leaves(&tree) == sorted_leaves(&expected),
+                _ => tree.prims == expected.prims,
+            };
+            assert!(alike, "{name} {builder_name} {leaf}: order");
         }
     }
+}
+
+/// Whether a cell of the finest grid holds more than a leaf may of boxes with different centres.
+fn has_full_cells(boxes: &[Aabb], leaf: usize) -> bool {
+    let mut cells: BTreeMap<u32, Vec<Vec3>> = BTreeMap::new();
+    for (code, b) in codes(boxes, Rounding::Cut).1.into_iter().zip(seen(boxes)) {
+        cells.entry(code).or_default().push(b.min + b.max);
+    }
+    cells.values().any(|centres| centres.len() > leaf && centres.iter().any(|c| *c != centres[0]))
+}
+
+#[test]
+fn grids_give_the_tree_of_the_builder_of_that_name_on_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    let mut others = Vec::new();
+    for (name, boxes) in cases() {
+        for leaf in [1, 4, 8] {
+            let tree = built(&mut executor, Builder::GridSah, &boxes, leaf);
+            let expected = of_cpu("grid-sah", &boxes, leaf);
+            let same = tree.nodes == expected.nodes && sorted_leaves(&tree) == sorted_leaves(&expected);
+            // A grid of its own parts what halves do not.
+            assert_eq!(same, !has_full_cells(&boxes, leaf as usize), "{name} {leaf}");
+            others.extend((leaf == 8 && !same).then_some(name.clone()));
+        }
+    }
+    assert_eq!(others, ["one huge", "line", "crowded", "doubling"]);
 }
 
 #[test]
@@ -237,15 +289,17 @@ fn a_build_has_few_dispatches_besides_its_sort() {
 #[test]
 fn codes_are_those_of_the_cpu() {
     let Some(mut executor) = software() else { return };
-    for (name, boxes) in cases().into_iter().filter(|(_, boxes)| !boxes.is_empty()) {
+    let cases: Vec<_> = cases().into_iter().filter(|(_, boxes)| !boxes.is_empty()).collect();
+    let roundings = [Rounding::Nearest, Rounding::Cut];
+    for ((name, boxes), rounding) in cases.iter().flat_map(|case| roundings.map(|r| (case, r))) {
         let (mut recording, n) = (Recording::new(), boxes.len() as u32);
-        let input = recording.upload("boxes", &words(&boxes));
-        let found = build::codes::record(&mut recording, input, n).expect("few");
+        let input = recording.upload("boxes", &words(boxes));
+        let found = build::codes::record(&mut recording, input, n, rounding).expect("few");
         let extents = recording.download(found.extents, 6);
         let keys = recording.download(found.pairs.keys, n.into());
         let numbers = found.pairs.payloads.map(|numbers| recording.download(numbers, n.into()));
         let results = executor.run(&recording).expect("runs");
-        let ([min, max], expected) = codes(&boxes);
+        let ([min, max], expected) = codes(boxes, rounding);
         assert!(results.words(keys) == expected, "{name}");
         assert!(results.words(numbers.expect("some")).into_iter().eq(0..n), "{name}");
         let around = [min, max].map(|p| p.to_array()).concat();
