@@ -1,6 +1,7 @@
 //! What `bench build --device gpu` does.
 
-use crate::build::{self, Builder, DeviceTree, boxes, wide};
+use crate::build::wide::{self, DeviceWide, Wide};
+use crate::build::{self, Builder, DeviceTree, boxes};
 use crate::error::GpuError;
 use crate::recording::{Buffer, Recording, Resident};
 use crate::run::Executor;
@@ -28,8 +29,6 @@ pub struct BuildFigures {
     pub dispatches: usize,
     /// Those of its sort.
     pub sort_dispatches: usize,
-    /// Wide nodes.
-    pub wide_nodes: u32,
 }
 
 /// A mesh and how to build over it.
@@ -45,15 +44,14 @@ pub struct BuildInput<'a> {
     pub leaf: u32,
 }
 
-/// Builds over a mesh `repeat` times (at least once); gives the tree too.
+/// A tree that was built, and the wide one over it.
+pub type Built = (BuildFigures, BinaryTree, Wide);
+
+/// Builds over a mesh `repeat` times (at least once).
 ///
 /// # Errors
 /// There are too many triangles for the device, or it fails.
-pub fn build(
-    executor: &mut Executor,
-    input: &BuildInput<'_>,
-    repeat: u32,
-) -> Result<(BuildFigures, BinaryTree), GpuError> {
+pub fn build(executor: &mut Executor, input: &BuildInput<'_>, repeat: u32) -> Result<Built, GpuError> {
     let positions = executor.keep("positions", input.positions)?;
     let kept = executor.keep("triangles", input.triangles);
     let triangles = kept.inspect_err(|_| executor.release(positions))?;
@@ -67,8 +65,8 @@ fn build_in(
     input: &BuildInput<'_>,
     repeat: u32,
     rooms: [Resident; 2],
-) -> Result<(BuildFigures, BinaryTree), GpuError> {
-    let Recorded { mut recording, tree, wide, room, stages } = Recorded::new(input, rooms)?;
+) -> Result<Built, GpuError> {
+    let Recorded { mut recording, tree, wide, stages } = Recorded::new(input, rooms)?;
     let mut compile_ms = 0.0;
     executor.prepare(&recording.kernels(), &mut |progress| compile_ms += progress.ms)?;
     let parts: Vec<Recording> = stages.iter().map(|stage| recording.up_to(stage.1)).collect();
@@ -82,14 +80,11 @@ fn build_in(
         recording.download(tree.nodes, build::NODE_WORDS * u64::from(tree.most_nodes())),
         recording.download(tree.pairs, 1),
         recording.download(tree.order, tree.count.into()),
-        recording.download(wide.node_count, 1),
     ];
+    let wide = wide.download(&mut recording);
     let results = executor.run(&recording)?;
-    let [nodes, pairs, order, wide_nodes] = downloads.map(|download| results.words(download));
-    if wide_nodes[0] > room {
-        let what = "room for wide nodes".to_owned();
-        return Err(GpuError::Limit { what, wanted: wide_nodes[0].into(), limit: room.into() });
-    }
+    let [nodes, pairs, order] = downloads.map(|download| results.words(download));
+    let wide = wide.wide(&results)?;
     let at = |name: &str| stages.iter().position(|stage| stage.0 == name).unwrap_or_default();
     let (codes, sort) = (at("codes"), at("sort"));
     let figures = BuildFigures {
@@ -100,17 +95,15 @@ fn build_in(
         refit_ms,
         dispatches: parts[parts.len() - 2].dispatches(),
         sort_dispatches: parts[sort].dispatches() - parts[codes].dispatches(),
-        wide_nodes: wide_nodes[0],
     };
-    Ok((figures, build::tree_of_words(&nodes, pairs[0], order)))
+    Ok((figures, build::tree_of_words(&nodes, pairs[0], order), wide))
 }
 
 /// A build, its collapse and a refit, on paper.
 struct Recorded {
     recording: Recording,
     tree: DeviceTree,
-    wide: wide::DeviceWide,
-    room: u32,
+    wide: DeviceWide,
     stages: build::Stages,
 }
 
@@ -128,7 +121,7 @@ impl Recorded {
         stages.push(("collapse", recording.commands().len()));
         refit(&mut recording, mesh, &tree)?;
         stages.push(("refit", recording.commands().len()));
-        Ok(Self { recording, tree, wide, room, stages })
+        Ok(Self { recording, tree, wide, stages })
     }
 }
 

@@ -2,8 +2,9 @@
 //! workgroups and adversarial boxes, in poisoned buffers.
 
 use crate::common::software;
+use crate::trace::{alone, closest as closest_hits, rays, same, sheet, soup, tracer};
 use std::collections::BTreeMap;
-use vastlight_accel::wide::{Boxes, Node8, validate_nodes};
+use vastlight_accel::wide::{Boxes, MeshBvh, MeshView, Node8, validate_nodes};
 use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Report, Scratch, Violation, validate};
 use vastlight_gpu::build::boxes::{box_words, boxes};
 use vastlight_gpu::build::codes::{Rounding, codes};
@@ -11,9 +12,12 @@ use vastlight_gpu::build::hlbvh2;
 use vastlight_gpu::build::regions::{self, CellTree};
 use vastlight_gpu::build::wide::{self, Wide};
 use vastlight_gpu::build::{Builder, DeviceTree, record, record_refit, tree_of_words};
+use vastlight_gpu::trace::DeviceTracer;
 use vastlight_gpu::{Executor, GpuError, Recording, Results, build};
 use vastlight_math::rng::{hash_words, unit_f32};
-use vastlight_math::{Aabb, Vec3};
+use vastlight_math::{Aabb, Ray, Vec3};
+use vastlight_scene::Scene;
+use vastlight_trace::{AcceptAll, Hit, Layout, Tracer, TracerConfig};
 
 /// Nothing, one, and around multiples of a leaf, a workgroup, a tile and a level of boxes.
 const SIZES: [usize; 17] = [0, 1, 2, 7, 8, 9, 16, 17, 255, 256, 257, 2047, 2048, 2049, 8193, 33_000, 100_003];
@@ -518,4 +522,61 @@ fn wide_trees_that_differ_or_do_not_fit_are_found() {
     assert_eq!((part.nodes.len(), wanted), (60, all));
     assert!(part.nodes == wide.nodes[..60]);
     assert!(valid(&part, &tree, &seen(&boxes)).is_err());
+}
+
+/// The mesh of a scene over the tree that the device builds over its triangles.
+fn mesh_of(executor: &mut Executor, builder: Builder, scene: &Scene) -> MeshBvh {
+    let mesh = &scene.meshes()[0];
+    let count = mesh.triangles.len() as u32;
+    let mut recording = Recording::new();
+    let positions = recording.upload("positions", &mesh.positions);
+    let triangles = recording.upload("triangles", &mesh.triangles);
+    let input = build::boxes::record(&mut recording, positions, triangles, count).expect("few");
+    let tree = record(&mut recording, builder, input, (count, 8), &mut Vec::new()).expect("few");
+    let wide = wide::record(&mut recording, &tree, count).expect("few").download(&mut recording);
+    let order = recording.download(tree.order, count.into());
+    let results = executor.run(&recording).expect("runs");
+    let wide = wide.wide(&results).expect("room");
+    let view = MeshView { positions: &mesh.positions, triangles: &mesh.triangles };
+    let bvh = MeshBvh::over_nodes(&view, &wide.nodes, &wide.leaves, &results.words(order));
+    let report = bvh.validate(&view).expect("valid");
+    assert_eq!(report.references, count as usize);
+    bvh
+}
+
+/// How many of some rays meet another triangle through trees of the device than through one of the CPU, by the tracer of
+/// the CPU and by that of the device, and how many meet any.
+fn other_hits(executor: &mut Executor, scene: &Scene, bvh: &MeshBvh, rays: &[Ray]) -> (usize, usize) {
+    let mut expected = vec![Hit::MISS; rays.len()];
+    tracer(scene, Layout::Wide).closest(rays, &AcceptAll, &mut expected);
+    let over = |layout| {
+        let config = TracerConfig { layout, ..TracerConfig::default() };
+        Tracer::over_meshes(scene, vec![bvh.clone()], &config).expect("a tracer")
+    };
+    let mut found = vec![Hit::MISS; rays.len()];
+    over(Layout::Wide).closest(rays, &AcceptAll, &mut found);
+    let device = DeviceTracer::new(executor, &over(Layout::Compact).words().expect("pages")).expect("fits");
+    let on_device = closest_hits(executor, &device, rays);
+    device.release(executor);
+    let other = |(expected, found): &(&Hit, &Hit)| !same(expected, found);
+    let others = expected.iter().zip(&found).chain(expected.iter().zip(&on_device)).filter(other).count();
+    (others, expected.iter().filter(|hit| hit.is_hit()).count())
+}
+
+#[test]
+fn rays_through_wide_trees_meet_what_they_meet_through_those_of_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    let mut small = sheet(65);
+    small.positions.iter_mut().for_each(|p| *p *= 2.0_f32.powi(-30));
+    let sized = [("soup", soup(3000, Vec3::splat(0.125)), 1.0), ("sheet", sheet(65), 1.0)];
+    for (name, mesh, size) in sized.into_iter().chain([("small", small, 2.0_f32.powi(-30))]) {
+        let scene = alone(mesh);
+        let scaled = |ray: Ray| Ray { origin: ray.origin * size, t_min: 0.0, ..ray };
+        let rays: Vec<Ray> = rays(4000).into_iter().map(scaled).collect();
+        for (builder_name, builder) in Builder::ALL {
+            let bvh = mesh_of(&mut executor, builder, &scene);
+            let (others, met) = other_hits(&mut executor, &scene, &bvh, &rays);
+            assert!(others == 0 && met > 500, "{name} {builder_name}: {others} others, {met} hits");
+        }
+    }
 }

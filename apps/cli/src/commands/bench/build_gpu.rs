@@ -5,7 +5,7 @@ use crate::arguments::Common;
 use crate::exit::Exit;
 use serde_json::json;
 use vastlight::accel::{BinaryTree, Reference, quality, validate};
-use vastlight::gpu::bench::{self, BuildFigures, BuildInput};
+use vastlight::gpu::bench::{self, BuildInput, Built};
 use vastlight::gpu::build::Builder;
 use vastlight::gpu::{DeviceChoice, Drivers, Executor, ExecutorConfig};
 use vastlight::math::Aabb;
@@ -32,9 +32,9 @@ pub(super) fn run(
     let mesh = scene.meshes().iter().max_by_key(|mesh| mesh.triangles.len()).unwrap_or(&none);
     let (positions, triangles) = (&mesh.positions[..], &mesh.triangles[..]);
     let input = BuildInput { positions, triangles, builder, leaf: LEAF };
-    let (figures, tree) = bench::build(&mut executor, &input, repeat)?;
-    check(mesh, &tree)?;
-    println!("{}", line(name, scene.meshes().len(), &executor, (&figures, &tree)));
+    let built = bench::build(&mut executor, &input, repeat)?;
+    check(mesh, &built.1)?;
+    println!("{}", line(name, scene.meshes().len(), &executor, &built));
     Ok(Exit::Done)
 }
 
@@ -62,12 +62,7 @@ fn check(mesh: &Mesh, tree: &BinaryTree) -> Result<(), Error> {
     validate(tree, &boxes, LEAF).map(drop).map_err(wrong)
 }
 
-fn line(
-    name: &str,
-    meshes: usize,
-    executor: &Executor,
-    (figures, tree): (&BuildFigures, &BinaryTree),
-) -> serde_json::Value {
+fn line(name: &str, meshes: usize, executor: &Executor, (figures, tree, wide): &Built) -> serde_json::Value {
     let measured = quality(tree);
     let stages: serde_json::Map<_, _> =
         figures.stages.iter().map(|(name, ms)| ((*name).to_owned(), json!(ms))).collect();
@@ -80,7 +75,7 @@ fn line(
         "triangles": tree.prims.len(),
         "references": measured.references,
         "nodes": measured.nodes,
-        "wide_nodes": figures.wide_nodes,
+        "wide_nodes": wide.nodes.len(),
         "build_ms": figures.ms,
         "first_ms": figures.first_ms,
         "compile_ms": figures.compile_ms,
