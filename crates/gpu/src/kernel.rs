@@ -64,6 +64,7 @@ pub(crate) use kernel;
 /// Parts that several kernels share.
 const SHARED: &[(&str, &str)] = &[
     ("accept_all", include_str!("wgsl/shared/accept_all.wgsl")),
+    ("box_sides", include_str!("wgsl/shared/box_sides.wgsl")),
     ("boxes", include_str!("wgsl/shared/boxes.wgsl")),
     ("bsdf", include_str!("wgsl/shared/path/bsdf.wgsl")),
     ("bsdf/albedo", include_str!("wgsl/shared/path/bsdf/albedo.wgsl")),
@@ -113,6 +114,7 @@ const SHARED: &[(&str, &str)] = &[
     ("place_of", include_str!("wgsl/shared/place_of.wgsl")),
     ("pyramid", include_str!("wgsl/shared/pyramid.wgsl")),
     ("queue", include_str!("wgsl/shared/queue.wgsl")),
+    ("quotient", include_str!("wgsl/shared/quotient.wgsl")),
     ("radix", include_str!("wgsl/shared/radix.wgsl")),
     ("radix_emit", include_str!("wgsl/shared/radix_emit.wgsl")),
     ("radix_rank", include_str!("wgsl/shared/radix_rank.wgsl")),

@@ -1,6 +1,6 @@
 //! Morton codes of the centres of boxes, sorted: those of the builders on the CPU, to the bit.
 
-use super::check_fits;
+use super::{Count, check_fits};
 use crate::error::GpuError;
 use crate::kernel::{device_struct, kernel};
 use crate::primitives::radix::{self, Pairs};
@@ -13,7 +13,7 @@ use vastlight_math::{Aabb, Vec3};
 pub const CODE_BITS: u32 = 30;
 
 device_struct! {
-    struct ExtentsParameters as "Parameters" { count }
+    struct ExtentsParameters as "Parameters" { count, corners }
 }
 device_struct! {
     struct Parameters as "Parameters" { count, cut }
@@ -59,33 +59,47 @@ pub fn codes(boxes: &[Aabb], rounding: Rounding) -> ([Vec3; 2], Vec<u32>) {
     ([min, max], boxes.iter().map(code).collect())
 }
 
-/// Records [`codes`] of `count` boxes.
+/// Records [`codes`] of `count` boxes; behind them come numbers larger than any code.
 ///
 /// # Errors
 /// There are too many.
 pub fn record(
     recording: &mut Recording,
     boxes: Buffer,
-    count: u32,
+    count: Count,
     rounding: Rounding,
 ) -> Result<Codes, GpuError> {
-    check_fits(count)?;
-    let extents = recording.upload("extents", &[u32::MAX, u32::MAX, u32::MAX, 0, 0, 0]);
-    let groups = Groups::Direct(tiles(count));
-    recording.dispatch(&EXTENTS, &ExtentsParameters { count }, &[boxes, extents], groups);
-    let keys = recording.buffer("codes", count.into());
-    let payloads = recording.buffer("numbers", count.into());
-    let parameters = Parameters { count, cut: u32::from(rounding == Rounding::Cut) };
-    recording.dispatch(&CODES, &parameters, &[boxes, extents, keys, payloads], groups);
+    check_fits(count.most)?;
+    let extents = record_extents(recording, boxes, count, false);
+    let groups = Groups::Direct(tiles(count.most));
+    let keys = recording.buffer("codes", count.most.into());
+    let payloads = recording.buffer("numbers", count.most.into());
+    let parameters = Parameters { count: count.most, cut: u32::from(rounding == Rounding::Cut) };
+    count.dispatch(recording, &CODES, &parameters, &[boxes, extents, keys, payloads], groups);
     Ok(Codes { extents, pairs: Pairs { keys, payloads: Some(payloads) } })
+}
+
+/// Records the box around twice the centres of boxes, or around their corners.
+pub(super) fn record_extents(
+    recording: &mut Recording,
+    boxes: Buffer,
+    count: Count,
+    corners: bool,
+) -> Buffer {
+    let extents = recording.upload("extents", &[u32::MAX, u32::MAX, u32::MAX, 0, 0, 0]);
+    let parameters = ExtentsParameters { count: count.most, corners: u32::from(corners) };
+    let groups = Groups::Direct(tiles(count.most));
+    count.dispatch(recording, &EXTENTS, &parameters, &[boxes, extents], groups);
+    extents
 }
 
 /// Records a sort of codes: in the order of the codes, equal ones as they were.
 ///
 /// # Errors
 /// There are too many.
-pub fn sort(recording: &mut Recording, codes: Codes, count: u32) -> Result<Sorted, GpuError> {
-    let sorted = radix::record(recording, codes.pairs, count, CODE_BITS)?;
+pub fn sort(recording: &mut Recording, codes: Codes, count: Count) -> Result<Sorted, GpuError> {
+    // All bits: what is behind the elements that there are has the largest.
+    let sorted = radix::record(recording, codes.pairs, count.most, u32::BITS)?;
     Ok(Sorted { codes: sorted.keys, order: sorted.payloads.unwrap_or(sorted.keys) })
 }
 

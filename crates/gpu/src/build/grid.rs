@@ -12,7 +12,7 @@
 
 use super::codes::Sorted;
 use super::splits::{self, Splits};
-use super::{codes, hlbvh2};
+use super::{Count, codes, hlbvh2};
 use crate::kernel::{device_struct, kernel};
 use crate::primitives::{GROUP, queue};
 use crate::recording::{Buffer, Groups, Recording};
@@ -29,7 +29,7 @@ const LEAVES: u32 = 2;
 const WHOLE: [u32; 2] = [0, 0o7777];
 
 device_struct! {
-    struct Parameters as "Parameters" { table, leaf, capacity, full, next, leaves }
+    struct Parameters as "Parameters" { count, table, leaf, capacity, full, next, leaves }
 }
 device_struct! {
     struct LeavesParameters as "Parameters" { table, leaf, capacity, leaves }
@@ -51,8 +51,13 @@ pub(super) struct Cells {
 }
 
 /// Records the table of cells of `count` sorted codes.
-pub(super) fn record_cells(recording: &mut Recording, extents: Buffer, sorted: Sorted, count: u32) -> Cells {
-    let level = table_level(count);
+pub(super) fn record_cells(
+    recording: &mut Recording,
+    extents: Buffer,
+    sorted: Sorted,
+    count: Count,
+) -> Cells {
+    let level = table_level(count.most);
     let table = hlbvh2::record_cells(recording, sorted.codes, count, 3 * level);
     Cells { extents, sorted, table, level }
 }
@@ -64,14 +69,14 @@ fn table_level(count: u32) -> u32 {
 }
 
 /// Records the splits over `count` elements whose leaves hold at most `leaf` (1 at least), and the elements in the order of the tree.
-pub(super) fn record(recording: &mut Recording, cells: &Cells, count: u32, leaf: u32) -> (Splits, Buffer) {
-    let leaf = leaf.max(1);
-    let splits = Splits::none(recording, count);
-    let leaf_tasks = recording.buffer("leaf tasks", 4 * u64::from(count));
-    let capacity = splits::capacity(count, leaf);
+pub(super) fn record(recording: &mut Recording, cells: &Cells, count: Count, leaf: u32) -> (Splits, Buffer) {
+    let (leaf, most) = (leaf.max(1), count.most);
+    let splits = Splits::none(recording, most);
+    let leaf_tasks = recording.buffer("leaf tasks", 4 * u64::from(most));
+    let capacity = splits::capacity(most, leaf);
     let tasks = recording.buffer("tasks", 2 * 4 * u64::from(capacity));
-    let root = [WHOLE[0], WHOLE[1], 0, count];
-    let long = count > leaf;
+    let root = [WHOLE[0], WHOLE[1], 0, most];
+    let long = most > leaf;
     recording.write(if long { tasks } else { leaf_tasks }, bytemuck::cast_slice(&root).to_vec());
     let tails = recording.upload("tails", &[u32::from(long), 0, u32::from(!long)]);
     let workgroups = recording.buffer("workgroups", 3);
@@ -80,7 +85,8 @@ pub(super) fn record(recording: &mut Recording, cells: &Cells, count: u32, leaf:
         let (full, next) = (level % 2, 1 - level % 2);
         let parameters = queue::NextParameters { capacity, full, empty: next };
         recording.dispatch(&queue::NEXT, &parameters, &[tails, workgroups], Groups::Direct(1));
-        let parameters = Parameters { table: cells.level, leaf, capacity, full, next, leaves: LEAVES };
+        let table = cells.level;
+        let parameters = Parameters { count: most, table, leaf, capacity, full, next, leaves: LEAVES };
         let buffers = [
             cells.extents,
             cells.sorted.codes,
@@ -91,7 +97,7 @@ pub(super) fn record(recording: &mut Recording, cells: &Cells, count: u32, leaf:
             splits.spans,
             splits.starting,
         ];
-        recording.dispatch(&DIVIDE, &parameters, &buffers, Groups::Indirect(workgroups, 0));
+        count.dispatch(recording, &DIVIDE, &parameters, &buffers, Groups::Indirect(workgroups, 0));
     }
     (splits, record_order(recording, cells, (leaf_tasks, tails), &splits, (count, leaf)))
 }
@@ -102,17 +108,18 @@ fn record_order(
     cells: &Cells,
     (leaf_tasks, tails): (Buffer, Buffer),
     splits: &Splits,
-    (count, leaf): (u32, u32),
+    (count, leaf): (Count, u32),
 ) -> Buffer {
-    let order = recording.buffer("order", count.into());
-    let places = recording.buffer("places of full cells", count.into());
-    let parameters = LeavesParameters { table: cells.level, leaf, capacity: count, leaves: LEAVES };
+    let most = count.most;
+    let order = recording.buffer("order", most.into());
+    let places = recording.buffer("places of full cells", most.into());
+    let parameters = LeavesParameters { table: cells.level, leaf, capacity: most, leaves: LEAVES };
     let Sorted { codes, order: sorted } = cells.sorted;
-    let groups = Groups::Direct(count.div_ceil(GROUP));
+    let groups = Groups::Direct(most.div_ceil(GROUP));
     let buffers = [codes, sorted, cells.table, tails, leaf_tasks, order, places];
     recording.dispatch(&GATHER, &parameters, &buffers, groups);
     let buffers = [codes, sorted, places, order, splits.spans, splits.starting];
-    recording.dispatch(&ALIKE, &AlikeParameters { count, leaf }, &buffers, groups);
+    count.dispatch(recording, &ALIKE, &AlikeParameters { count: most, leaf }, &buffers, groups);
     order
 }
 

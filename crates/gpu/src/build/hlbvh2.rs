@@ -8,6 +8,7 @@
 //! clusters are found by a search for each cell; the heuristic counts what is in a cluster, not clusters. Its costs are whole numbers, with sizes
 //! of cells rounded down to at most 4095, so that the tree is the same on all devices.
 
+use super::Count;
 use super::codes::Sorted;
 use super::regions::{self, CellTree};
 use super::splits::{self, Splits};
@@ -51,28 +52,34 @@ pub(super) struct Clusters {
 }
 
 /// Records the tree over clusters.
-pub(super) fn record_top(recording: &mut Recording, extents: Buffer, sorted: Sorted, count: u32) -> Clusters {
+pub(super) fn record_top(
+    recording: &mut Recording,
+    extents: Buffer,
+    sorted: Sorted,
+    count: Count,
+) -> Clusters {
     let cells = record_cells(recording, sorted.codes, count, CLUSTER_SHIFT);
-    let parameters = CountParameters { count };
-    let splits = Splits::none(recording, count);
+    let parameters = CountParameters { count: count.most };
+    let splits = Splits::none(recording, count.most);
     let tasks = recording.buffer("tasks", 2 * 4 * u64::from(CELLS));
     let places = recording.buffer("places of clusters", CELLS.into());
     let buffers = [extents, cells, tasks, places, splits.spans, splits.starting];
-    recording.dispatch(&TOP, &parameters, &buffers, Groups::Direct(1));
+    count.dispatch(recording, &TOP, &parameters, &buffers, Groups::Direct(1));
     let placed = Sorted {
-        codes: recording.buffer("placed codes", count.into()),
-        order: recording.buffer("placed order", count.into()),
+        codes: recording.buffer("placed codes", count.most.into()),
+        order: recording.buffer("placed order", count.most.into()),
     };
     let buffers = [sorted.codes, sorted.order, cells, places, placed.codes, placed.order];
-    recording.dispatch(&PLACE, &parameters, &buffers, Groups::Direct(count.div_ceil(GROUP)));
+    let groups = Groups::Direct(count.most.div_ceil(GROUP));
+    count.dispatch(recording, &PLACE, &parameters, &buffers, groups);
     Clusters { cells, places, placed, splits }
 }
 
 /// Records what is below clusters.
-pub(super) fn record(recording: &mut Recording, clusters: &Clusters, count: u32, leaf: u32) -> Splits {
+pub(super) fn record(recording: &mut Recording, clusters: &Clusters, count: Count, leaf: u32) -> Splits {
     let leaf = leaf.max(1);
     let Clusters { cells, places, placed, splits } = *clusters;
-    let queue = recording.buffer("runs", 2 * u64::from(splits::capacity(count, leaf)));
+    let queue = recording.buffer("runs", 2 * u64::from(splits::capacity(count.most, leaf)));
     let tails = recording.upload("tails", &[0_u32, 0]);
     let groups = Groups::Direct(CELLS / GROUP);
     recording.dispatch(&QUEUE, &QueueParameters { leaf }, &[cells, places, tails, queue], groups);
@@ -83,11 +90,12 @@ pub(super) fn record(recording: &mut Recording, clusters: &Clusters, count: u32,
 
 /// Records for each cell of the grid whose numbers are codes without their lower `shift` bits, and for what comes behind all, how many
 /// sorted codes are below.
-pub(super) fn record_cells(recording: &mut Recording, codes: Buffer, count: u32, shift: u32) -> Buffer {
+pub(super) fn record_cells(recording: &mut Recording, codes: Buffer, count: Count, shift: u32) -> Buffer {
     let cells: u32 = 1 << (super::codes::CODE_BITS - shift);
     let table = recording.buffer("cells", u64::from(cells) + 1);
     let groups = Groups::Direct((cells + 1).div_ceil(GROUP));
-    recording.dispatch(&COUNT_CELLS, &CellsParameters { count, cells, shift }, &[codes, table], groups);
+    let parameters = CellsParameters { count: count.most, cells, shift };
+    count.dispatch(recording, &COUNT_CELLS, &parameters, &[codes, table], groups);
     table
 }
 

@@ -5,10 +5,12 @@
 
 pub mod boxes;
 pub mod codes;
+mod count;
 mod grid;
 pub mod hlbvh2;
 mod merge;
 mod nodes;
+pub mod parts;
 mod pyramid;
 pub mod regions;
 mod splits;
@@ -20,6 +22,7 @@ use crate::limits::WORKGROUPS_PER_AXIS;
 use crate::primitives::{GROUP, queue};
 use crate::recording::{Buffer, Recording};
 use codes::Rounding;
+pub use count::Count;
 use vastlight_accel::{BinaryTree, Node};
 
 /// Words of a node: box, left child, first element, number of elements; as [`Node`] lies in memory.
@@ -28,10 +31,13 @@ pub const NODE_WORDS: u64 = 9;
 pub const MAX_ELEMENTS: u32 = WORKGROUPS_PER_AXIS / 2 * GROUP;
 
 /// Every kernel of this module.
-pub(crate) static KERNELS: [&Kernel; 19] = [
+pub(crate) static KERNELS: [&Kernel; 22] = [
     &boxes::BOXES,
     &codes::EXTENTS,
     &codes::CODES,
+    &parts::WANTED,
+    &parts::GRANT,
+    &parts::CUT,
     &merge::MERGE,
     &splits::SPLIT,
     &hlbvh2::COUNT_CELLS,
@@ -104,7 +110,7 @@ pub struct DeviceTree {
     pub pairs: Buffer,
     /// The elements in the order of the leaves.
     pub order: Buffer,
-    /// How many elements there are.
+    /// How many elements there are, or may be at most.
     pub count: u32,
     /// Most nodes with children on a way from the root to a leaf.
     pub levels: u32,
@@ -134,7 +140,21 @@ pub fn record(
     (count, leaf): (u32, u32),
     stages: &mut Stages,
 ) -> Result<DeviceTree, GpuError> {
-    if count == 0 {
+    record_counted(recording, builder, boxes, (Count::exactly(count), leaf), stages)
+}
+
+/// As [`record`], over as many boxes as the device may alone know. What is behind in the tree's order is anything.
+///
+/// # Errors
+/// There may be too many.
+pub fn record_counted(
+    recording: &mut Recording,
+    builder: Builder,
+    boxes: Buffer,
+    (count, leaf): (Count, u32),
+    stages: &mut Stages,
+) -> Result<DeviceTree, GpuError> {
+    if count.most == 0 {
         return Ok(nodes::nothing(recording));
     }
     let mut mark = |name, recording: &Recording| stages.push((name, recording.commands().len()));
@@ -157,11 +177,11 @@ pub fn record(
         }
     };
     mark("hierarchy", recording);
-    let pyramid = pyramid::record(recording, boxes, order, count)?;
+    let pyramid = pyramid::record(recording, boxes, order, count.most)?;
     mark("boxes", recording);
     let tree = nodes::record(recording, splits, (pyramid, order), count)?;
     mark("nodes", recording);
-    Ok(DeviceTree { levels: builder.levels() + queue::levels(count, leaf.max(1)), ..tree })
+    Ok(DeviceTree { levels: builder.levels() + queue::levels(count.most, leaf.max(1)), ..tree })
 }
 
 /// Records new boxes for all nodes of a tree whose elements have the boxes `boxes` now.
@@ -179,10 +199,12 @@ pub fn record_refit(recording: &mut Recording, tree: &DeviceTree, boxes: Buffer)
 
 /// The tree of the words of a [`DeviceTree`]: nodes, how many pairs, order.
 #[must_use]
-pub fn tree_of_words(nodes: &[u32], pairs: u32, order: Vec<u32>) -> BinaryTree {
+pub fn tree_of_words(nodes: &[u32], pairs: u32, mut order: Vec<u32>) -> BinaryTree {
     let count = if order.is_empty() { 0 } else { 1 + 2 * pairs as usize };
     let words = &nodes[..nodes.len().min(count * NODE_WORDS as usize)];
-    BinaryTree { nodes: bytemuck::pod_collect_to_vec::<u32, Node>(words), prims: order }
+    let nodes = bytemuck::pod_collect_to_vec::<u32, Node>(words);
+    order.truncate(nodes.first().map_or(0, |root| root.count as usize));
+    BinaryTree { nodes, prims: order }
 }
 
 /// An error where there are more elements than a tree may have.

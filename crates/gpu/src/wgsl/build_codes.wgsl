@@ -15,6 +15,9 @@ struct Parameters {
 @group(0) @binding(3) var<storage, read_write> codes: array<u32>;
 @group(0) @binding(4) var<storage, read_write> numbers: array<u32>;
 
+/// Behind all codes.
+const NOTHING: u32 = 0xffffffffu;
+
 /// Where cells start along an axis, and how many there are in a unit.
 var<workgroup> cells: array<vec2<f32>, 3>;
 
@@ -64,6 +67,9 @@ fn main(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index)
                 code |= spread(u32(max(cell, 0.0))) << (2u - axis);
             }
             codes[i] = code;
+            numbers[i] = i;
+        } else if (i < arrayLength(&codes)) {
+            codes[i] = NOTHING;
             numbers[i] = i;
         }
     }

@@ -7,6 +7,7 @@
 //#include splits
 
 struct Parameters {
+    count: u32,
     table: u32,
     leaf: u32,
     capacity: u32,
@@ -26,7 +27,7 @@ struct Parameters {
 @group(0) @binding(7) var<storage, read_write> spans: array<vec2<u32>>;
 @group(0) @binding(8) var<storage, read_write> starting: array<atomic<u32>>;
 
-/// The parts of a task: none, two, or itself alone where all is in one cell of the finest level.
+/// The parts of a task: none, two, or itself alone where all is in one cell of the finest level, or it is no longer than a leaf.
 var<private> parts: array<vec4<u32>, 2>;
 var<private> used: u32;
 
@@ -34,7 +35,15 @@ fn visit_cell(place: vec3<u32>, begin: u32, end: u32) {
     add_cell(place, end - begin);
 }
 
-fn divide(task: vec4<u32>) {
+fn divide(queued: vec4<u32>) {
+    // The first task may turn out to have fewer elements than there is room for.
+    var task = queued;
+    task.w = min(task.w, parameters.count);
+    if (task.w - task.z <= parameters.leaf) {
+        parts[0] = task;
+        used = 1u;
+        return;
+    }
     let sizes = cell_sizes();
     var region = unpack_region(task.xy);
     var plane = Plane(3u, 0u, 0u);

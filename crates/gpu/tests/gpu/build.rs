@@ -4,14 +4,14 @@
 use crate::common::software;
 use crate::trace::{alone, closest as closest_hits, rays, same, sheet, soup, tracer};
 use std::collections::BTreeMap;
-use vastlight_accel::wide::{Boxes, MeshBvh, MeshView, Node8, validate_nodes};
+use vastlight_accel::wide::{Block8, Boxes, MeshBvh, MeshView, Node8, validate_nodes};
 use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Report, Scratch, Violation, validate};
 use vastlight_gpu::build::boxes::{box_words, boxes};
 use vastlight_gpu::build::codes::{Rounding, codes};
 use vastlight_gpu::build::hlbvh2;
 use vastlight_gpu::build::regions::{self, CellTree};
 use vastlight_gpu::build::wide::{self, Wide};
-use vastlight_gpu::build::{Builder, DeviceTree, record, record_refit, tree_of_words};
+use vastlight_gpu::build::{Builder, Count, DeviceTree, record, record_refit, tree_of_words};
 use vastlight_gpu::trace::DeviceTracer;
 use vastlight_gpu::{Executor, GpuError, Recording, Results, build};
 use vastlight_math::rng::{hash_words, unit_f32};
@@ -291,6 +291,25 @@ fn a_build_has_few_dispatches_besides_its_sort() {
 }
 
 #[test]
+fn builds_have_as_many_dispatches_as_the_documents_say() {
+    for (name, dispatches) in [("morton", 133), ("hlbvh2", 356), ("grid-sah", 497)] {
+        let mut recording = Recording::new();
+        let boxes = recording.buffer("boxes", 6_000_000);
+        let builder = Builder::of_name(name).expect("a builder");
+        let tree = record(&mut recording, builder, boxes, (1_000_000, 8), &mut Vec::new()).expect("fits");
+        wide::record(&mut recording, &tree, 250_000).expect("fits");
+        assert_eq!(recording.check(), Ok(()));
+        // The boxes of triangles take one more.
+        assert_eq!(recording.dispatches(), dispatches, "{name}");
+    }
+    let mut recording = Recording::new();
+    let [positions, triangles, boxes] = [3, 3, 6].map(|words| recording.buffer("mesh", words * 1_000_000));
+    let parts = [positions, triangles];
+    build::parts::record(&mut recording, parts, boxes, (1_000_000, 2_000_000)).expect("fits");
+    assert_eq!((recording.dispatches(), recording.check()), (1 + 2 * 8, Ok(())));
+}
+
+#[test]
 fn codes_are_those_of_the_cpu() {
     let Some(mut executor) = software() else { return };
     let cases: Vec<_> = cases().into_iter().filter(|(_, boxes)| !boxes.is_empty()).collect();
@@ -298,7 +317,7 @@ fn codes_are_those_of_the_cpu() {
     for ((name, boxes), rounding) in cases.iter().flat_map(|case| roundings.map(|r| (case, r))) {
         let (mut recording, n) = (Recording::new(), boxes.len() as u32);
         let input = recording.upload("boxes", &words(boxes));
-        let found = build::codes::record(&mut recording, input, n, rounding).expect("few");
+        let found = build::codes::record(&mut recording, input, Count::exactly(n), rounding).expect("few");
         let extents = recording.download(found.extents, 6);
         let keys = recording.download(found.pairs.keys, n.into());
         let numbers = found.pairs.payloads.map(|numbers| recording.download(numbers, n.into()));
@@ -577,6 +596,11 @@ fn rays_through_wide_trees_meet_what_they_meet_through_those_of_the_cpu() {
             let bvh = mesh_of(&mut executor, builder, &scene);
             let (others, met) = other_hits(&mut executor, &scene, &bvh, &rays);
             assert!(others == 0 && met > 500, "{name} {builder_name}: {others} others, {met} hits");
+            let mut broken = bvh;
+            let full = broken.blocks.iter_mut().filter(|block| block.prims[1] != Block8::NO_PRIM);
+            full.for_each(|block| block.prims.swap(0, 1));
+            let (others, _) = other_hits(&mut executor, &scene, &broken, &rays);
+            assert!(others > 100, "{name} {builder_name}: numbers that differ are found");
         }
     }
 }

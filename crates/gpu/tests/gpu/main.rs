@@ -9,6 +9,7 @@ mod kernels;
 mod lights;
 mod lights_scenes;
 mod maths;
+mod parts;
 mod path;
 mod path_scenes;
 mod primitives;
