@@ -3,7 +3,7 @@
 mod build;
 mod trace;
 
-pub use build::{BuildFigures, BuildInput, build};
+pub use build::{BuildFigures, BuildInput, Built, build};
 pub use trace::{TraceFigures, trace};
 
 use crate::error::GpuError;

@@ -8,6 +8,9 @@ use crate::kernel::Kernel;
 use crate::limits::WORKGROUPS_PER_AXIS;
 use bytemuck::NoUninit;
 
+/// Most bytes of parameters.
+pub(crate) const PARAMETER_BYTES: u64 = 256;
+
 /// A buffer of one recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Buffer(pub(crate) u32);
@@ -62,6 +65,13 @@ pub enum Command {
         to_offset: u64,
         /// How many, a multiple of 4.
         bytes: u64,
+    },
+    /// A word from the start of a buffer to the parameters of the next dispatch.
+    Parameter {
+        /// Where from.
+        from: Buffer,
+        /// The byte of the parameters, a multiple of 4.
+        offset: u64,
     },
     /// A kernel over workgroups.
     Dispatch {
@@ -151,6 +161,11 @@ impl Recording {
         self.commands.push(Command::Copy { from, offset, to, to_offset, bytes });
     }
 
+    /// Takes the word at byte `offset` of the next dispatch's parameters from the start of a buffer: what only the device knows.
+    pub fn parameter(&mut self, from: Buffer, offset: u64) {
+        self.commands.push(Command::Parameter { from, offset });
+    }
+
     /// Runs a kernel with these parameters over these buffers.
     pub fn dispatch<P: NoUninit>(
         &mut self,
@@ -226,11 +241,22 @@ impl Recording {
                 self.holds("copy", *from, *offset, *bytes)?;
                 self.holds("copy", *to, *to_offset, *bytes)
             }
+            Command::Parameter { from, offset } => {
+                self.holds("parameter", *from, 0, 4)?;
+                Self::check_parameter(*offset)
+            }
             Command::Dispatch { kernel, parameters, buffers, groups } => {
                 self.check_dispatch(kernel, parameters, buffers, *groups)
             }
             Command::Download { from, bytes } => self.holds("download", *from, 0, *bytes),
         })
+    }
+
+    fn check_parameter(offset: u64) -> Result<(), GpuError> {
+        if offset.is_multiple_of(4) && offset < PARAMETER_BYTES {
+            return Ok(());
+        }
+        Err(GpuError::Rejected { reason: format!("a parameter at byte {offset}") })
     }
 
     fn check_dispatch(
@@ -292,7 +318,7 @@ impl Command {
             Self::Upload { to, .. } => vec![*to],
             Self::Clear(buffer) => vec![*buffer],
             Self::Copy { from, to, .. } => vec![*from, *to],
-            Self::Download { from, .. } => vec![*from],
+            Self::Parameter { from, .. } | Self::Download { from, .. } => vec![*from],
             Self::Dispatch { buffers, groups, .. } => {
                 let mut used = buffers.clone();
                 if let Groups::Indirect(buffer, _) = groups {

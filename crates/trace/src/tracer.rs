@@ -147,6 +147,37 @@ impl Tracer {
         let measure = config.measure;
         let build = BuildConfig { level, split_budget, optimize, measure, ..BuildConfig::default() };
         let built = build_meshes(scene, accel, &build, config.layout)?;
+        Self::over_built(scene, (accel, &build), built, config, start)
+    }
+
+    /// A tracer of `scene` whose meshes' trees were built elsewhere, in the order of the scene's.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::new`].
+    pub fn over_meshes(
+        scene: &Scene,
+        meshes: Vec<MeshBvh>,
+        config: &TracerConfig,
+    ) -> Result<Self, TraceError> {
+        let start = Instant::now();
+        let accel = resolve(&config.accel)?;
+        let build = BuildConfig { level: config.level.unwrap_or_default(), ..BuildConfig::default() };
+        let laid_out = |(wide, mesh): (MeshBvh, &Mesh)| {
+            let counted = MeshBuild { triangles: mesh.triangles.len(), ..MeshBuild::default() };
+            laid_out(wide, counted, config.layout)
+        };
+        let built = meshes.into_iter().zip(scene.meshes()).map(laid_out).collect::<Result<_, _>>()?;
+        Self::over_built(scene, (accel, &build), built, config, start)
+    }
+
+    /// Puts meshes with their trees together; the build began at `start`.
+    fn over_built(
+        scene: &Scene,
+        (accel, build): (&'static str, &BuildConfig),
+        built: Vec<BuiltMesh>,
+        config: &TracerConfig,
+        start: Instant,
+    ) -> Result<Self, TraceError> {
         let (mut meshes, mut builds) = (Vec::new(), Vec::new());
         let mut packed = Vec::new();
         for (mut mesh, build, pages) in built {
@@ -162,7 +193,7 @@ impl Tracer {
         let meshes_done = Instant::now();
 
         let costs = |mesh: u32| builds[mesh as usize].quality.cost;
-        let mut tracer = Self::place(scene, (accel, config.top), meshes, costs, &build)?;
+        let mut tracer = Self::place(scene, (accel, config.top), meshes, costs, build)?;
         tracer.bundles &= !config.single_rays;
         let top = &tracer.top;
         tracer.report = BuildReport {
@@ -174,7 +205,7 @@ impl Tracer {
             bytes: tracer.report.bytes + pages.bytes() as u64,
             number_bytes: tracer.meshes.iter().map(MeshTree::number_bytes).sum::<usize>() as u64,
             cost: top.quality.cost,
-            depth: if measure { depth(&builds, top) } else { 0 },
+            depth: if config.measure { depth(&builds, top) } else { 0 },
             overlap: overlap(&builds),
             stages: sum_stages(&builds, meshes_done.elapsed()),
         };
@@ -388,24 +419,31 @@ fn parallel_chunk(rays: &[Ray]) -> usize {
     }
 }
 
-/// The structures of all meshes, and their pages; those that no instance uses stay empty.
+/// A mesh, how it was built, and its pages.
+type BuiltMesh = (MeshTree, MeshBuild, Vec<PackedPage>);
+
+/// The structures of all meshes; those that no instance uses stay empty.
 fn build_meshes(
     scene: &Scene,
     accel: &str,
     config: &BuildConfig,
     layout: Layout,
-) -> Result<Vec<(MeshTree, MeshBuild, Vec<PackedPage>)>, TraceError> {
+) -> Result<Vec<BuiltMesh>, TraceError> {
     let build = |scratch: &mut Scratch, mesh: &Option<&Mesh>| {
-        let (wide, mut build) = MeshBvh::build(accel, &view(*mesh), config, scratch)?;
-        if layout == Layout::Wide {
-            return Ok((MeshTree::Wide(wide), build, Vec::new()));
-        }
-        let start = Instant::now();
-        let (compact, pages) = CompactMesh::pack(&wide, CompactMesh::SLOT)?;
-        build.stages.push(("pack", start.elapsed()));
-        Ok((MeshTree::Compact(Arc::new(compact)), build, pages))
+        let (wide, build) = MeshBvh::build(accel, &view(*mesh), config, scratch)?;
+        laid_out(wide, build, layout)
     };
     used_meshes(scene).par_iter().map_init(Scratch::default, build).collect()
+}
+
+fn laid_out(wide: MeshBvh, mut build: MeshBuild, layout: Layout) -> Result<BuiltMesh, TraceError> {
+    if layout == Layout::Wide {
+        return Ok((MeshTree::Wide(wide), build, Vec::new()));
+    }
+    let start = Instant::now();
+    let (compact, pages) = CompactMesh::pack(&wide, CompactMesh::SLOT)?;
+    build.stages.push(("pack", start.elapsed()));
+    Ok((MeshTree::Compact(Arc::new(compact)), build, pages))
 }
 
 /// The meshes of a scene, none in the place of those that no instance uses.

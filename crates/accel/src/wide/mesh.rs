@@ -177,6 +177,46 @@ impl MeshBvh {
         Ok(built(direct, clock.stages))
     }
 
+    /// The mesh over wide nodes in its own space that were built elsewhere, of which the first is the root and children stand behind
+    /// their parents. Leaves are runs of `order`, first and length, of at most eight triangles.
+    #[must_use]
+    pub fn over_nodes(mesh: &MeshView<'_>, nodes: &[Node8], runs: &[[u32; 2]], order: &[u32]) -> Self {
+        let bounds = mesh.bounds();
+        let scale = mesh.scale(&bounds);
+        let block = |&[first, count]: &[u32; 2]| {
+            let mut prims: Vec<u32> =
+                order.iter().skip(first as usize).take(count as usize).copied().collect();
+            // Parts of one triangle need but one lane.
+            prims.sort_unstable();
+            prims.dedup();
+            Block8::new(prims.into_iter().map(|prim| (prim, mesh.corners(prim).map(|p| p * scale))))
+        };
+        let mut levels = vec![1_usize; nodes.len()];
+        for (node, children) in nodes.iter().map(|node| node.children).enumerate() {
+            for below in children.into_iter().filter(|child| !child.is_leaf()).map(ChildRef::index) {
+                levels[below] = levels[node] + 1;
+            }
+        }
+        let root = if nodes.is_empty() { ChildRef::leaf(0) } else { ChildRef::node(0) };
+        let mut scaled = Pages::zeroed(nodes.len());
+        scaled.copy_from_slice(nodes);
+        scaled
+            .iter_mut()
+            .flat_map(|node| node.planes.as_flattened_mut().as_flattened_mut())
+            .for_each(|x| *x *= scale);
+        let mut blocks = Pages::zeroed(runs.len());
+        blocks.iter_mut().zip(runs).for_each(|(slot, run)| *slot = block(run));
+        Self {
+            nodes: scaled,
+            blocks,
+            root: (!runs.is_empty()).then_some(root),
+            levels: levels.into_iter().max().unwrap_or(0),
+            bounds: Aabb { min: bounds.min * scale, max: bounds.max * scale },
+            extent: extent(&bounds) * scale,
+            scale,
+        }
+    }
+
     /// Gives triangles the numbers that they have in a larger mesh: triangle `i` becomes `numbers[i]`.
     pub fn renumber(&mut self, numbers: &[u32]) {
         for number in self.blocks.iter_mut().flat_map(|block| &mut block.prims) {

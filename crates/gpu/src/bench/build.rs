@@ -1,6 +1,7 @@
 //! What `bench build --device gpu` does.
 
-use crate::build::{self, Builder, DeviceTree, boxes, wide};
+use crate::build::wide::{self, DeviceWide, Wide};
+use crate::build::{self, Builder, Count, DeviceTree, boxes, parts};
 use crate::error::GpuError;
 use crate::recording::{Buffer, Recording, Resident};
 use crate::run::Executor;
@@ -22,14 +23,12 @@ pub struct BuildFigures {
     pub compile_ms: f64,
     /// Stages, in milliseconds: how much longer the best build is that ends with each. They sum to [`Self::ms`].
     pub stages: Vec<(&'static str, f64)>,
-    /// New boxes for a finished tree, from the triangles on.
-    pub refit_ms: f64,
+    /// New boxes for a finished tree, from the triangles on; none for trees over parts.
+    pub refit_ms: Option<f64>,
     /// Dispatches of the build.
     pub dispatches: usize,
     /// Those of its sort.
     pub sort_dispatches: usize,
-    /// Wide nodes.
-    pub wide_nodes: u32,
 }
 
 /// A mesh and how to build over it.
@@ -43,17 +42,18 @@ pub struct BuildInput<'a> {
     pub builder: Builder,
     /// Most triangles in a leaf.
     pub leaf: u32,
+    /// Most parts of triangles, as a multiple of the triangles; none leaves these whole.
+    pub split_budget: Option<f32>,
 }
 
-/// Builds over a mesh `repeat` times (at least once); gives the tree too.
+/// The figures, the tree, whose elements are numbers of triangles, and the wide one over it.
+pub type Built = (BuildFigures, BinaryTree, Wide);
+
+/// Builds over a mesh `repeat` times (at least once).
 ///
 /// # Errors
 /// There are too many triangles for the device, or it fails.
-pub fn build(
-    executor: &mut Executor,
-    input: &BuildInput<'_>,
-    repeat: u32,
-) -> Result<(BuildFigures, BinaryTree), GpuError> {
+pub fn build(executor: &mut Executor, input: &BuildInput<'_>, repeat: u32) -> Result<Built, GpuError> {
     let positions = executor.keep("positions", input.positions)?;
     let kept = executor.keep("triangles", input.triangles);
     let triangles = kept.inspect_err(|_| executor.release(positions))?;
@@ -67,50 +67,52 @@ fn build_in(
     input: &BuildInput<'_>,
     repeat: u32,
     rooms: [Resident; 2],
-) -> Result<(BuildFigures, BinaryTree), GpuError> {
-    let Recorded { mut recording, tree, wide, room, stages } = Recorded::new(input, rooms)?;
+) -> Result<Built, GpuError> {
+    let Recorded { mut recording, tree, owners, wide, stages } = Recorded::new(input, rooms)?;
+    let at = |name: &str| stages.iter().position(|stage| stage.0 == name);
+    let place = |name: &str| at(name).unwrap_or_default();
     let mut compile_ms = 0.0;
     executor.prepare(&recording.kernels(), &mut |progress| compile_ms += progress.ms)?;
     let parts: Vec<Recording> = stages.iter().map(|stage| recording.up_to(stage.1)).collect();
-    let (first_ms, ends) = measured(executor, &parts, repeat)?;
+    let (first_ms, ends) = measured(executor, &parts, (place("collapse"), repeat))?;
     let starts = std::iter::once(0.0).chain(ends.iter().copied());
     let taken = ends.iter().zip(starts).map(|(end, start)| end - start);
     let mut times: Vec<(&'static str, f64)> = stages.iter().map(|stage| stage.0).zip(taken).collect();
-    let refit_ms = times.pop().map_or(0.0, |refit| refit.1);
+    let refit_ms = at("refit").map(|refit| times.remove(refit).1);
 
     let downloads = [
         recording.download(tree.nodes, build::NODE_WORDS * u64::from(tree.most_nodes())),
         recording.download(tree.pairs, 1),
         recording.download(tree.order, tree.count.into()),
-        recording.download(wide.node_count, 1),
     ];
+    let owners = owners.map(|owners| recording.download(owners, tree.count.into()));
+    let wide = wide.download(&mut recording);
     let results = executor.run(&recording)?;
-    let [nodes, pairs, order, wide_nodes] = downloads.map(|download| results.words(download));
-    if wide_nodes[0] > room {
-        let what = "room for wide nodes".to_owned();
-        return Err(GpuError::Limit { what, wanted: wide_nodes[0].into(), limit: room.into() });
+    let [nodes, pairs, order] = downloads.map(|download| results.words(download));
+    let wide = wide.wide(&results)?;
+    let mut tree = build::tree_of_words(&nodes, pairs[0], order);
+    if let Some(owners) = owners.map(|owners| results.words(owners)) {
+        tree.prims.iter_mut().for_each(|part| *part = owners.get(*part as usize).copied().unwrap_or(*part));
     }
-    let at = |name: &str| stages.iter().position(|stage| stage.0 == name).unwrap_or_default();
-    let (codes, sort) = (at("codes"), at("sort"));
     let figures = BuildFigures {
         ms: times.iter().map(|stage| stage.1).sum(),
         first_ms,
         compile_ms,
         stages: times,
         refit_ms,
-        dispatches: parts[parts.len() - 2].dispatches(),
-        sort_dispatches: parts[sort].dispatches() - parts[codes].dispatches(),
-        wide_nodes: wide_nodes[0],
+        dispatches: parts[place("collapse")].dispatches(),
+        sort_dispatches: parts[place("sort")].dispatches() - parts[place("codes")].dispatches(),
     };
-    Ok((figures, build::tree_of_words(&nodes, pairs[0], order)))
+    Ok((figures, tree, wide))
 }
 
 /// A build, its collapse and a refit, on paper.
 struct Recorded {
     recording: Recording,
     tree: DeviceTree,
-    wide: wide::DeviceWide,
-    room: u32,
+    /// Triangles of parts.
+    owners: Option<Buffer>,
+    wide: DeviceWide,
     stages: build::Stages,
 }
 
@@ -121,14 +123,28 @@ impl Recorded {
         let mesh = rooms.map(|room| recording.resident("mesh", room));
         let triangles = boxes::record(&mut recording, mesh[0], mesh[1], count)?;
         stages.push(("triangles", recording.commands().len()));
-        let fits = (count, input.leaf);
-        let tree = build::record(&mut recording, input.builder, triangles, fits, &mut stages)?;
-        let room = count / ELEMENTS_PER_WIDE_NODE + 16;
+        let parts = match input.split_budget {
+            Some(budget) => {
+                let most = (count, parts::most_parts(count, budget));
+                let parts = parts::record(&mut recording, mesh, triangles, most)?;
+                stages.push(("split", recording.commands().len()));
+                Some(parts)
+            }
+            None => None,
+        };
+        let (boxes, number) =
+            parts.map_or((triangles, Count::exactly(count)), |parts| (parts.boxes, parts.count));
+        let fits = (number, input.leaf);
+        let tree = build::record_counted(&mut recording, input.builder, boxes, fits, &mut stages)?;
+        let room = number.most / ELEMENTS_PER_WIDE_NODE + 16;
         let wide = wide::record(&mut recording, &tree, room)?;
         stages.push(("collapse", recording.commands().len()));
-        refit(&mut recording, mesh, &tree)?;
-        stages.push(("refit", recording.commands().len()));
-        Ok(Self { recording, tree, wide, room, stages })
+        if parts.is_none() {
+            refit(&mut recording, mesh, &tree)?;
+            stages.push(("refit", recording.commands().len()));
+        }
+        let owners = parts.map(|parts| parts.owners);
+        Ok(Self { recording, tree, owners, wide, stages })
     }
 }
 
@@ -137,13 +153,17 @@ fn refit(recording: &mut Recording, mesh: [Buffer; 2], tree: &DeviceTree) -> Res
     build::record_refit(recording, tree, triangles)
 }
 
-/// The time of the first run of the longest part but one, and the best times of all, none of which is less than that of one before.
-fn measured(executor: &mut Executor, parts: &[Recording], repeat: u32) -> Result<(f64, Vec<f64>), GpuError> {
+/// The time of the first run of one of some parts, and the best times of all, none of which is less than that of one before.
+fn measured(
+    executor: &mut Executor,
+    parts: &[Recording],
+    (first, repeat): (usize, u32),
+) -> Result<(f64, Vec<f64>), GpuError> {
     let mut run = |part: &Recording| {
         let start = Instant::now();
         executor.run(part).map(|_| start.elapsed().as_secs_f64() * 1e3)
     };
-    let first_ms = run(&parts[parts.len().saturating_sub(2)])?;
+    let first_ms = run(&parts[first])?;
     let mut best = vec![f64::INFINITY; parts.len()];
     for _ in 0..repeat.max(1) {
         for (best, part) in best.iter_mut().zip(parts) {

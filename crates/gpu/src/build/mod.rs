@@ -5,10 +5,14 @@
 
 pub mod boxes;
 pub mod codes;
+mod count;
+mod grid;
 pub mod hlbvh2;
 mod merge;
 mod nodes;
+pub mod parts;
 mod pyramid;
+pub mod regions;
 mod splits;
 pub mod wide;
 
@@ -17,6 +21,8 @@ use crate::kernel::Kernel;
 use crate::limits::WORKGROUPS_PER_AXIS;
 use crate::primitives::{GROUP, queue};
 use crate::recording::{Buffer, Recording};
+use codes::Rounding;
+pub use count::Count;
 use vastlight_accel::{BinaryTree, Node};
 
 /// Words of a node: box, left child, first element, number of elements; as [`Node`] lies in memory.
@@ -25,16 +31,22 @@ pub const NODE_WORDS: u64 = 9;
 pub const MAX_ELEMENTS: u32 = WORKGROUPS_PER_AXIS / 2 * GROUP;
 
 /// Every kernel of this module.
-pub(crate) static KERNELS: [&Kernel; 16] = [
+pub(crate) static KERNELS: [&Kernel; 22] = [
     &boxes::BOXES,
     &codes::EXTENTS,
     &codes::CODES,
+    &parts::WANTED,
+    &parts::GRANT,
+    &parts::CUT,
     &merge::MERGE,
     &splits::SPLIT,
     &hlbvh2::COUNT_CELLS,
     &hlbvh2::TOP,
     &hlbvh2::PLACE,
     &hlbvh2::QUEUE,
+    &grid::DIVIDE,
+    &grid::GATHER,
+    &grid::ALIKE,
     &pyramid::GATHER,
     &pyramid::LEVELS_KERNEL,
     &nodes::NODES,
@@ -53,17 +65,39 @@ pub enum Builder {
     MortonQueues,
     /// HLBVH2: clusters from work queues, under a tree by the surface-area heuristic over a grid.
     Hlbvh2,
+    /// The surface-area heuristic over grids of several levels of detail.
+    GridSah,
 }
 
 impl Builder {
     /// All, with their names.
-    pub const ALL: [(&'static str, Self); 3] =
-        [("morton", Self::Morton), ("morton-queues", Self::MortonQueues), ("hlbvh2", Self::Hlbvh2)];
+    pub const ALL: [(&'static str, Self); 4] = [
+        ("morton", Self::Morton),
+        ("morton-queues", Self::MortonQueues),
+        ("hlbvh2", Self::Hlbvh2),
+        ("grid-sah", Self::GridSah),
+    ];
 
     /// The builder of this name.
     #[must_use]
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, builder)| *builder)
+    }
+
+    const fn rounding(self) -> Rounding {
+        match self {
+            Self::GridSah => Rounding::Cut,
+            _ => Rounding::Nearest,
+        }
+    }
+
+    /// Most levels of nodes above equal codes.
+    const fn levels(self) -> u32 {
+        match self {
+            Self::Morton | Self::MortonQueues => codes::CODE_BITS,
+            Self::Hlbvh2 => hlbvh2::LEVELS,
+            Self::GridSah => grid::LEVELS,
+        }
     }
 }
 
@@ -76,7 +110,7 @@ pub struct DeviceTree {
     pub pairs: Buffer,
     /// The elements in the order of the leaves.
     pub order: Buffer,
-    /// How many elements there are.
+    /// How many elements there are, or may be at most.
     pub count: u32,
     /// Most nodes with children on a way from the root to a leaf.
     pub levels: u32,
@@ -106,11 +140,25 @@ pub fn record(
     (count, leaf): (u32, u32),
     stages: &mut Stages,
 ) -> Result<DeviceTree, GpuError> {
-    if count == 0 {
+    record_counted(recording, builder, boxes, (Count::exactly(count), leaf), stages)
+}
+
+/// As [`record`], over as many boxes as the device may alone know. What is behind in the tree's order is anything.
+///
+/// # Errors
+/// There may be too many.
+pub fn record_counted(
+    recording: &mut Recording,
+    builder: Builder,
+    boxes: Buffer,
+    (count, leaf): (Count, u32),
+    stages: &mut Stages,
+) -> Result<DeviceTree, GpuError> {
+    if count.most == 0 {
         return Ok(nodes::nothing(recording));
     }
     let mut mark = |name, recording: &Recording| stages.push((name, recording.commands().len()));
-    let codes = codes::record(recording, boxes, count)?;
+    let codes = codes::record(recording, boxes, count, builder.rounding())?;
     mark("codes", recording);
     let sorted = codes::sort(recording, codes, count)?;
     mark("sort", recording);
@@ -122,14 +170,18 @@ pub fn record(
             mark("top", recording);
             (hlbvh2::record(recording, &clusters, count, leaf), clusters.placed.order)
         }
+        Builder::GridSah => {
+            let cells = grid::record_cells(recording, codes.extents, sorted, count);
+            mark("top", recording);
+            grid::record(recording, &cells, count, leaf)
+        }
     };
     mark("hierarchy", recording);
-    let pyramid = pyramid::record(recording, boxes, order, count)?;
+    let pyramid = pyramid::record(recording, boxes, order, count.most)?;
     mark("boxes", recording);
     let tree = nodes::record(recording, splits, (pyramid, order), count)?;
     mark("nodes", recording);
-    let above = if builder == Builder::Hlbvh2 { hlbvh2::LEVELS } else { codes::CODE_BITS };
-    Ok(DeviceTree { levels: above + queue::levels(count, leaf.max(1)), ..tree })
+    Ok(DeviceTree { levels: builder.levels() + queue::levels(count.most, leaf.max(1)), ..tree })
 }
 
 /// Records new boxes for all nodes of a tree whose elements have the boxes `boxes` now.
@@ -147,10 +199,12 @@ pub fn record_refit(recording: &mut Recording, tree: &DeviceTree, boxes: Buffer)
 
 /// The tree of the words of a [`DeviceTree`]: nodes, how many pairs, order.
 #[must_use]
-pub fn tree_of_words(nodes: &[u32], pairs: u32, order: Vec<u32>) -> BinaryTree {
+pub fn tree_of_words(nodes: &[u32], pairs: u32, mut order: Vec<u32>) -> BinaryTree {
     let count = if order.is_empty() { 0 } else { 1 + 2 * pairs as usize };
     let words = &nodes[..nodes.len().min(count * NODE_WORDS as usize)];
-    BinaryTree { nodes: bytemuck::pod_collect_to_vec::<u32, Node>(words), prims: order }
+    let nodes = bytemuck::pod_collect_to_vec::<u32, Node>(words);
+    order.truncate(nodes.first().map_or(0, |root| root.count as usize));
+    BinaryTree { nodes, prims: order }
 }
 
 /// An error where there are more elements than a tree may have.

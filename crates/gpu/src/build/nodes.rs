@@ -1,14 +1,14 @@
 //! The nodes of a tree whose splits are known: numbers depth first, and boxes.
 
 use super::splits::Splits;
-use super::{DeviceTree, NODE_WORDS};
+use super::{Count, DeviceTree, NODE_WORDS};
 use crate::error::GpuError;
 use crate::kernel::{device_struct, kernel};
 use crate::primitives::{GROUP, scan};
 use crate::recording::{Buffer, Groups, Recording};
 
 device_struct! {
-    struct Parameters as "Parameters" { count }
+    struct Parameters as "Parameters" { count, most }
 }
 device_struct! {
     struct RefitParameters as "Parameters" { nodes, count }
@@ -24,15 +24,17 @@ pub(super) fn record(
     recording: &mut Recording,
     splits: Splits,
     (pyramid, order): (Buffer, Buffer),
-    count: u32,
+    count: Count,
 ) -> Result<DeviceTree, GpuError> {
-    let before = scan::record(recording, splits.starting, count)?;
-    let nodes = recording.buffer("nodes", NODE_WORDS * u64::from(most_nodes(count)));
+    let most = count.most;
+    let before = scan::record(recording, splits.starting, most)?;
+    let nodes = recording.buffer("nodes", NODE_WORDS * u64::from(most_nodes(most)));
     let buffers = [splits.spans, before, pyramid, nodes];
-    recording.dispatch(&NODES, &Parameters { count }, &buffers, Groups::Direct(count.div_ceil(GROUP)));
+    let groups = Groups::Direct(most.div_ceil(GROUP));
+    count.dispatch(recording, &NODES, &Parameters { count: most, most }, &buffers, groups);
     let pairs = recording.buffer("pairs of children", 1);
-    recording.copy(before, count.into(), pairs, 1);
-    Ok(DeviceTree { nodes, pairs, order, count, levels: count })
+    recording.copy(before, most.into(), pairs, 1);
+    Ok(DeviceTree { nodes, pairs, order, count: most, levels: most })
 }
 
 /// A tree over nothing.

@@ -3,12 +3,13 @@
 //!
 //! The order of entries in queues is not one and the same each time; that of the splits is, since each stands at its own place.
 
+use super::Count;
 use crate::kernel::{device_struct, kernel};
 use crate::primitives::queue;
 use crate::recording::{Buffer, Groups, Recording};
 
 device_struct! {
-    struct Parameters as "Parameters" { capacity, leaf, full, next }
+    struct Parameters as "Parameters" { count, capacity, leaf, full, next }
 }
 kernel!(pub(crate) SPLIT = "build_split", Parameters, 6);
 
@@ -38,12 +39,12 @@ pub(super) const fn capacity(count: u32, leaf: u32) -> u32 {
 }
 
 /// Records the tree over `count` sorted codes whose leaves hold at most `leaf` (1 at least).
-pub(super) fn record(recording: &mut Recording, codes: Buffer, count: u32, leaf: u32) -> Splits {
-    let leaf = leaf.max(1);
-    let splits = Splits::none(recording, count);
-    let queue = recording.buffer("runs", 2 * u64::from(capacity(count, leaf)));
-    recording.write(queue, bytemuck::cast_slice(&[0, count]).to_vec());
-    let tails = recording.upload("tails", &[u32::from(count > leaf), 0]);
+pub(super) fn record(recording: &mut Recording, codes: Buffer, count: Count, leaf: u32) -> Splits {
+    let (leaf, most) = (leaf.max(1), count.most);
+    let splits = Splits::none(recording, most);
+    let queue = recording.buffer("runs", 2 * u64::from(capacity(most, leaf)));
+    recording.write(queue, bytemuck::cast_slice(&[0, most]).to_vec());
+    let tails = recording.upload("tails", &[u32::from(most > leaf), 0]);
     record_below(recording, (codes, super::codes::CODE_BITS), (queue, tails), &splits, (count, leaf));
     splits
 }
@@ -55,19 +56,19 @@ pub(super) fn record_below(
     (codes, bits): (Buffer, u32),
     (queue, tails): (Buffer, Buffer),
     splits: &Splits,
-    (count, leaf): (u32, u32),
+    (count, leaf): (Count, u32),
 ) {
-    let capacity = capacity(count, leaf);
+    let capacity = capacity(count.most, leaf);
     let queues = [queue, recording.buffer("other runs", 2 * u64::from(capacity))];
     let workgroups = recording.buffer("workgroups", 3);
     // A level takes a bit, or halves.
-    for level in 0..bits + queue::levels(count, leaf) - 1 {
+    for level in 0..bits + queue::levels(count.most, leaf) - 1 {
         let (full, empty) = (level % 2, 1 - level % 2);
         let next = queue::NextParameters { capacity, full, empty };
         recording.dispatch(&queue::NEXT, &next, &[tails, workgroups], Groups::Direct(1));
-        let parameters = Parameters { capacity, leaf, full, next: empty };
+        let parameters = Parameters { count: count.most, capacity, leaf, full, next: empty };
         let [full, empty] = [queues[full as usize], queues[empty as usize]];
         let buffers = [codes, tails, full, empty, splits.spans, splits.starting];
-        recording.dispatch(&SPLIT, &parameters, &buffers, Groups::Indirect(workgroups, 0));
+        count.dispatch(recording, &SPLIT, &parameters, &buffers, Groups::Indirect(workgroups, 0));
     }
 }

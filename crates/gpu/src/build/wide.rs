@@ -8,7 +8,8 @@ use super::DeviceTree;
 use crate::error::GpuError;
 use crate::kernel::{device_struct, kernel};
 use crate::primitives::{GROUP, queue, scan};
-use crate::recording::{Buffer, Groups, Recording};
+use crate::recording::{Buffer, Download, Groups, Recording};
+use crate::run::Results;
 use vastlight_accel::wide::{ChildRef, Node8};
 use vastlight_accel::{BinaryTree, Node};
 
@@ -41,6 +42,50 @@ pub struct DeviceWide {
     pub leaves: Buffer,
     /// How many leaves there are: one word.
     pub leaf_count: Buffer,
+    /// Room for nodes and for leaves.
+    pub rooms: [u32; 2],
+}
+
+/// What brings a wide tree back.
+#[derive(Clone, Copy, Debug)]
+pub struct WideDownload {
+    parts: [Download; 4],
+    room: u32,
+}
+
+impl DeviceWide {
+    /// Records that the tree is brought back.
+    pub fn download(&self, recording: &mut Recording) -> WideDownload {
+        let [nodes, leaves] = self.rooms.map(u64::from);
+        let parts = [
+            recording.download(self.node_count, 1),
+            recording.download(self.leaf_count, 1),
+            recording.download(self.nodes, WIDE_WORDS * nodes),
+            recording.download(self.leaves, 2 * leaves),
+        ];
+        WideDownload { parts, room: self.rooms[0] }
+    }
+}
+
+impl WideDownload {
+    /// The tree.
+    ///
+    /// # Errors
+    /// There was not room for all nodes.
+    pub fn wide(&self, results: &Results) -> Result<Wide, GpuError> {
+        let [node_count, leaf_count, nodes, leaves] = self.parts.map(|part| results.words(part));
+        if node_count[0] > self.room {
+            let what = "room for wide nodes".to_owned();
+            return Err(GpuError::Limit { what, wanted: node_count[0].into(), limit: self.room.into() });
+        }
+        let mut wide = Wide {
+            nodes: bytemuck::pod_collect_to_vec(&nodes),
+            leaves: bytemuck::pod_collect_to_vec(&leaves),
+        };
+        wide.nodes.truncate(node_count[0] as usize);
+        wide.leaves.truncate(leaf_count[0] as usize);
+        Ok(wide)
+    }
 }
 
 /// A wide tree.
@@ -124,7 +169,8 @@ pub fn record(recording: &mut Recording, tree: &DeviceTree, capacity: u32) -> Re
     let nodes = recording.buffer("wide nodes", WIDE_WORDS * u64::from(capacity.max(1)));
     let leaves = recording.buffer("leaves", 2 * u64::from(tree.count));
     let [node_count, leaf_count] = ["wide nodes", "leaves"].map(|label| recording.buffer(label, 1));
-    let wide = DeviceWide { nodes, node_count, leaves, leaf_count };
+    let rooms = [capacity, tree.count];
+    let wide = DeviceWide { nodes, node_count, leaves, leaf_count, rooms };
     if most == 0 {
         recording.clear(node_count);
         recording.clear(leaf_count);

@@ -6,11 +6,11 @@ use super::pool::Pool;
 use crate::device::Device;
 use crate::error::GpuError;
 use crate::kernel::Kernel;
-use crate::recording::{Buffer, Command, Groups, Recording};
+use crate::recording::{Buffer, Command, Groups, PARAMETER_BYTES, Recording};
 use std::num::NonZeroU64;
 
 /// Where in a buffer uniforms may start: WebGPU's default.
-const UNIFORM_STEP: usize = 256;
+const UNIFORM_STEP: usize = PARAMETER_BYTES as usize;
 /// Workgroups that an indirect dispatch counts for; how many it has is known on the device only.
 const INDIRECT_GROUPS: u32 = 1 << 10;
 
@@ -170,6 +170,11 @@ impl<'a> Run<'a> {
                 let (from, to) = (self.at(*from)?, self.at(*to)?);
                 let encoder = self.portion.encoder(self.device);
                 encoder.copy_buffer_to_buffer(&from, *offset, &to, *to_offset, *bytes);
+            }
+            Command::Parameter { from, offset } => {
+                let (from, place) = (self.at(*from)?, self.dispatched * PARAMETER_BYTES + offset);
+                let encoder = self.portion.encoder(self.device);
+                encoder.copy_buffer_to_buffer(&from, 0, &self.parameters, place, 4);
             }
             Command::Dispatch { kernel, parameters, buffers, groups } => {
                 self.dispatch(kernel, parameters.len() as u64, buffers, *groups)?;

@@ -6,6 +6,7 @@
 
 struct Parameters {
     count: u32,
+    cut: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -13,6 +14,9 @@ struct Parameters {
 @group(0) @binding(2) var<storage, read> extents: array<u32, 6>;
 @group(0) @binding(3) var<storage, read_write> codes: array<u32>;
 @group(0) @binding(4) var<storage, read_write> numbers: array<u32>;
+
+/// Behind all codes.
+const NOTHING: u32 = 0xffffffffu;
 
 /// Where cells start along an axis, and how many there are in a unit.
 var<workgroup> cells: array<vec2<f32>, 3>;
@@ -58,10 +62,14 @@ fn main(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index)
             var code = 0u;
             for (var axis = 0u; axis < 3u; axis++) {
                 let x = min((doubled_centre(b, axis) - cells[axis].x) * cells[axis].y, 1023.0);
-                // To the nearest of half a cell less: the cell below.
-                code |= spread(u32(max(round(x - 0.499), 0.0))) << (2u - axis);
+                // To the nearest of half a cell less is the cell below, but for its last thousandth.
+                let cell = select(round(x - 0.499), x, parameters.cut != 0u);
+                code |= spread(u32(max(cell, 0.0))) << (2u - axis);
             }
             codes[i] = code;
+            numbers[i] = i;
+        } else if (i < arrayLength(&codes)) {
+            codes[i] = NOTHING;
             numbers[i] = i;
         }
     }

@@ -1,9 +1,10 @@
-// The box around twice the centres of boxes: each workgroup's in its own memory, then all.
+// The box around twice the centres of boxes, or around their corners: each workgroup's in its own memory, then all.
 //#include doubled_centre
 //#include group
 
 struct Parameters {
     count: u32,
+    corners: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -24,8 +25,8 @@ fn main(@builtin(workgroup_id) tile: vec3<u32>, @builtin(local_invocation_index)
             let b = boxes[i];
             for (var axis = 0u; axis < 3u; axis++) {
                 let centre = ordered(bitcast<u32>(doubled_centre(b, axis)));
-                around[axis] = min(around[axis], centre);
-                around[axis + 3u] = max(around[axis + 3u], centre);
+                around[axis] = min(around[axis], select(centre, b[axis], parameters.corners != 0u));
+                around[axis + 3u] = max(around[axis + 3u], select(centre, b[axis + 3u], parameters.corners != 0u));
             }
         }
     }

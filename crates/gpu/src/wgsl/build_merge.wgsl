@@ -5,6 +5,7 @@
 // where they end on the outer side, and stops; the second goes on with both. What they tell each other is one word, exchanged by one atomic
 // operation: WGSL promises nothing about the order in which others see anything else. Boxes come later.
 //#include group
+//#include place_of
 //#include splits
 
 struct Parameters {
@@ -20,21 +21,6 @@ struct Parameters {
 @group(0) @binding(3) var<storage, read_write> spans: array<vec2<u32>>;
 /// How many nodes start at each element; zeros at first.
 @group(0) @binding(4) var<storage, read_write> starting: array<atomic<u32>>;
-
-/// Where a code, or what is above it, begins.
-fn place_of(code: u32) -> u32 {
-    var low = 0u;
-    var high = parameters.count;
-    while (low < high) {
-        let middle = (low + high) / 2u;
-        if (codes[middle] < code) {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
 
 /// After how many halvings of a run of `length` elements (x) the element `i` and the next one are parted, and how many
 /// elements were together with them until then (y).

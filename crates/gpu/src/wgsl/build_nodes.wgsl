@@ -9,6 +9,7 @@
 
 struct Parameters {
     count: u32,
+    most: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -19,7 +20,7 @@ struct Parameters {
 @group(0) @binding(4) var<storage, read_write> nodes: array<Node>;
 
 fn put(place: u32, first: u32, end: u32, left: u32) {
-    let around = range_box(first, end, parameters.count);
+    let around = range_box(first, end, parameters.most);
     nodes[place] = Node(coordinates(around), left, first, end - first);
 }
 

@@ -5,6 +5,7 @@
 //#include splits
 
 struct Parameters {
+    count: u32,
     capacity: u32,
     leaf: u32,
     full: u32,
@@ -46,13 +47,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
     var middle = 0u;
     if (id.x < min(atomicLoad(&tails[parameters.full]), parameters.capacity)) {
         run = runs[id.x];
+        run.y = min(run.y, parameters.count);
+        middle = run.y;
         let length = run.y - run.x;
-        var left = left_of(run);
-        if (length <= 2u * leaf) {
-            left = clamp(left, length - leaf, leaf);
+        // The first run may turn out to be no longer than a leaf.
+        if (length > leaf) {
+            var left = left_of(run);
+            if (length <= 2u * leaf) {
+                left = clamp(left, length - leaf, leaf);
+            }
+            middle = run.x + left;
+            put_split(run.x, run.y, middle - 1u);
         }
-        middle = run.x + left;
-        put_split(run.x, run.y, middle - 1u);
     }
     let goes_left = middle - run.x > leaf;
     let goes_right = run.y - middle > leaf;

@@ -2,17 +2,22 @@
 //! workgroups and adversarial boxes, in poisoned buffers.
 
 use crate::common::software;
+use crate::trace::{alone, closest as closest_hits, rays, same, sheet, soup, tracer};
 use std::collections::BTreeMap;
-use vastlight_accel::wide::{Boxes, Node8, validate_nodes};
+use vastlight_accel::wide::{Block8, Boxes, MeshBvh, MeshView, Node8, validate_nodes};
 use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Report, Scratch, Violation, validate};
 use vastlight_gpu::build::boxes::{box_words, boxes};
-use vastlight_gpu::build::codes::codes;
-use vastlight_gpu::build::hlbvh2::{Top, top};
+use vastlight_gpu::build::codes::{Rounding, codes};
+use vastlight_gpu::build::hlbvh2;
+use vastlight_gpu::build::regions::{self, CellTree};
 use vastlight_gpu::build::wide::{self, Wide};
-use vastlight_gpu::build::{Builder, DeviceTree, record, record_refit, tree_of_words};
+use vastlight_gpu::build::{Builder, Count, DeviceTree, record, record_refit, tree_of_words};
+use vastlight_gpu::trace::DeviceTracer;
 use vastlight_gpu::{Executor, GpuError, Recording, Results, build};
 use vastlight_math::rng::{hash_words, unit_f32};
-use vastlight_math::{Aabb, Vec3};
+use vastlight_math::{Aabb, Ray, Vec3};
+use vastlight_scene::Scene;
+use vastlight_trace::{AcceptAll, Hit, Layout, Tracer, TracerConfig};
 
 /// Nothing, one, and around multiples of a leaf, a workgroup, a tile and a level of boxes.
 const SIZES: [usize; 17] = [0, 1, 2, 7, 8, 9, 16, 17, 255, 256, 257, 2047, 2048, 2049, 8193, 33_000, 100_003];
@@ -41,6 +46,7 @@ fn adversarial() -> Vec<(&'static str, Vec<Aabb>)> {
     one_huge.push(Aabb { min: Vec3::splat(-1e6), max: Vec3::splat(1.1e6) });
     let grown = |i: usize| Aabb { min: Vec3::splat(-(i as f32)), max: Vec3::splat(i as f32) };
     let far = |i: usize| Aabb::point(Vec3::X * 2.0_f32.powi(i as i32 / 2 - 60));
+    let crowded = |i: usize| point(i, 3) * point(i, 3).length_squared().powi(3);
     let mut broken = many(900, 0.1);
     broken[3] = Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
     broken[500] = Aabb { min: Vec3::NAN, max: Vec3::NAN };
@@ -53,6 +59,7 @@ fn adversarial() -> Vec<(&'static str, Vec<Aabb>)> {
         ("one huge", one_huge),
         ("flat", scaled(many(3000, 0.1), Vec3::new(1.0, 0.0, 1.0))),
         ("line", scaled(many(3000, 0.1), Vec3::X)),
+        ("crowded", (0..5000).map(|i| Aabb::point(crowded(i))).collect()),
         ("doubling", (0..200).map(far).collect()),
         ("tiny", scaled(many(2000, 0.1), Vec3::splat(1e-30))),
         ("large", scaled(many(2000, 0.1), Vec3::splat(1e36))),
@@ -99,26 +106,37 @@ fn built(executor: &mut Executor, builder: Builder, boxes: &[Aabb], leaf: u32) -
 /// The tree that the CPU builds.
 fn expected(name: &str, boxes: &[Aabb], max_leaf: u32) -> BinaryTree {
     let name = match name {
-        "hlbvh2" => return hlbvh2(boxes, max_leaf as usize),
+        "hlbvh2" => {
+            let (extents, codes) = codes(boxes, Rounding::Nearest);
+            return over_cells(boxes, hlbvh2::top(extents, &codes), (&codes, 15), max_leaf as usize);
+        }
+        "grid-sah" => {
+            let (extents, codes) = codes(boxes, Rounding::Cut);
+            let tree = regions::tree(extents, &codes, 0, max_leaf);
+            return over_cells(boxes, tree, (&codes, 0), max_leaf as usize);
+        }
         "morton-queues" => "morton",
         same => same,
     };
+    of_cpu(name, boxes, max_leaf)
+}
+
+/// The tree of the builder of this name.
+fn of_cpu(name: &str, boxes: &[Aabb], max_leaf: u32) -> BinaryTree {
     let mut references: Vec<Reference> = boxes.iter().zip(0..).map(|(b, i)| Reference::new(b, i)).collect();
     let config = BuildConfig { max_leaf, ..BuildConfig::default() };
     vastlight_accel::build(name, &mut references, None, &config, &mut Scratch::default()).expect("built")
 }
 
-/// HLBVH2 with the top level that the device has, by the CPU.
-fn hlbvh2(boxes: &[Aabb], leaf: usize) -> BinaryTree {
-    let (extents, codes) = codes(boxes);
+/// The tree whose upper part is over cells, the codes but for some lower bits, by the CPU.
+fn over_cells(boxes: &[Aabb], upper: CellTree, (codes, bits): (&[u32], u32), leaf: usize) -> BinaryTree {
     let mut sorted: Vec<(u32, u32)> = codes.iter().copied().zip(0..).collect();
     sorted.sort_unstable();
-    let Top { clusters, splits } = top(extents, &codes);
     let mut placed = Vec::new();
     let mut middles: BTreeMap<(usize, usize), usize> =
-        splits.iter().map(|s| ((s[0] as usize, s[1] as usize), s[2] as usize)).collect();
-    for (cell, held) in clusters {
-        let start = sorted.partition_point(|(code, _)| code >> 15 < cell);
+        upper.splits.iter().map(|s| ((s[0] as usize, s[1] as usize), s[2] as usize)).collect();
+    for (cell, held) in upper.cells {
+        let start = sorted.partition_point(|(code, _)| code >> bits < cell);
         placed.extend(&sorted[start..start + held as usize]);
         split(&placed, (placed.len() - held as usize, placed.len()), leaf, &mut middles);
     }
@@ -129,6 +147,14 @@ fn hlbvh2(boxes: &[Aabb], leaf: usize) -> BinaryTree {
         number(&mut tree, 0, &middles);
     }
     refitted(&tree, &seen(boxes))
+}
+
+/// A tree's elements with those of each leaf in the order of their numbers.
+fn sorted_leaves(tree: &BinaryTree) -> Vec<u32> {
+    let mut prims = tree.prims.clone();
+    let leaves = tree.nodes.iter().filter(|node| node.is_leaf());
+    leaves.for_each(|leaf| prims[leaf.first as usize..][..leaf.count as usize].sort_unstable());
+    prims
 }
 
 /// Finds the splits of a run of codes.
@@ -181,10 +207,40 @@ fn trees_are_valid_and_those_of_the_cpu() {
             validate(&tree, &seen(&boxes), leaf)
                 .unwrap_or_else(|e| panic!("{name} {builder_name} {leaf}: {e}"));
             let expected = expected(builder_name, &boxes, leaf);
-            assert!(tree.prims == expected.prims, "{name} {builder_name} {leaf}: order");
             assert!(tree.nodes == expected.nodes, "{name} {builder_name} {leaf}: nodes");
+            let alike = match builder {
+                Builder::GridSah => sorted_leaves(&tree) == sorted_leaves(&expected),
+                _ => tree.prims == expected.prims,
+            };
+            assert!(alike, "{name} {builder_name} {leaf}: order");
         }
     }
+}
+
+/// Whether a cell of the finest grid holds more than a leaf may of boxes with different centres.
+fn has_full_cells(boxes: &[Aabb], leaf: usize) -> bool {
+    let mut cells: BTreeMap<u32, Vec<Vec3>> = BTreeMap::new();
+    for (code, b) in codes(boxes, Rounding::Cut).1.into_iter().zip(seen(boxes)) {
+        cells.entry(code).or_default().push(b.min + b.max);
+    }
+    cells.values().any(|centres| centres.len() > leaf && centres.iter().any(|c| *c != centres[0]))
+}
+
+#[test]
+fn grids_give_the_tree_of_the_builder_of_that_name_on_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    let mut others = Vec::new();
+    for (name, boxes) in cases() {
+        for leaf in [1, 4, 8] {
+            let tree = built(&mut executor, Builder::GridSah, &boxes, leaf);
+            let expected = of_cpu("grid-sah", &boxes, leaf);
+            let same = tree.nodes == expected.nodes && sorted_leaves(&tree) == sorted_leaves(&expected);
+            // A grid of its own parts what halves do not.
+            assert_eq!(same, !has_full_cells(&boxes, leaf as usize), "{name} {leaf}");
+            others.extend((leaf == 8 && !same).then_some(name.clone()));
+        }
+    }
+    assert_eq!(others, ["one huge", "line", "crowded", "doubling"]);
 }
 
 #[test]
@@ -235,17 +291,38 @@ fn a_build_has_few_dispatches_besides_its_sort() {
 }
 
 #[test]
+fn builds_have_as_many_dispatches_as_the_documents_say() {
+    for (name, dispatches) in [("morton", 133), ("hlbvh2", 356), ("grid-sah", 497)] {
+        let mut recording = Recording::new();
+        let boxes = recording.buffer("boxes", 6_000_000);
+        let builder = Builder::of_name(name).expect("a builder");
+        let tree = record(&mut recording, builder, boxes, (1_000_000, 8), &mut Vec::new()).expect("fits");
+        wide::record(&mut recording, &tree, 250_000).expect("fits");
+        assert_eq!(recording.check(), Ok(()));
+        // The boxes of triangles take one more.
+        assert_eq!(recording.dispatches(), dispatches, "{name}");
+    }
+    let mut recording = Recording::new();
+    let [positions, triangles, boxes] = [3, 3, 6].map(|words| recording.buffer("mesh", words * 1_000_000));
+    let parts = [positions, triangles];
+    build::parts::record(&mut recording, parts, boxes, (1_000_000, 2_000_000)).expect("fits");
+    assert_eq!((recording.dispatches(), recording.check()), (1 + 2 * 8, Ok(())));
+}
+
+#[test]
 fn codes_are_those_of_the_cpu() {
     let Some(mut executor) = software() else { return };
-    for (name, boxes) in cases().into_iter().filter(|(_, boxes)| !boxes.is_empty()) {
+    let cases: Vec<_> = cases().into_iter().filter(|(_, boxes)| !boxes.is_empty()).collect();
+    let roundings = [Rounding::Nearest, Rounding::Cut];
+    for ((name, boxes), rounding) in cases.iter().flat_map(|case| roundings.map(|r| (case, r))) {
         let (mut recording, n) = (Recording::new(), boxes.len() as u32);
-        let input = recording.upload("boxes", &words(&boxes));
-        let found = build::codes::record(&mut recording, input, n).expect("few");
+        let input = recording.upload("boxes", &words(boxes));
+        let found = build::codes::record(&mut recording, input, Count::exactly(n), rounding).expect("few");
         let extents = recording.download(found.extents, 6);
         let keys = recording.download(found.pairs.keys, n.into());
         let numbers = found.pairs.payloads.map(|numbers| recording.download(numbers, n.into()));
         let results = executor.run(&recording).expect("runs");
-        let ([min, max], expected) = codes(&boxes);
+        let ([min, max], expected) = codes(boxes, rounding);
         assert!(results.words(keys) == expected, "{name}");
         assert!(results.words(numbers.expect("some")).into_iter().eq(0..n), "{name}");
         let around = [min, max].map(|p| p.to_array()).concat();
@@ -464,4 +541,66 @@ fn wide_trees_that_differ_or_do_not_fit_are_found() {
     assert_eq!((part.nodes.len(), wanted), (60, all));
     assert!(part.nodes == wide.nodes[..60]);
     assert!(valid(&part, &tree, &seen(&boxes)).is_err());
+}
+
+/// The mesh of a scene over the tree that the device builds over its triangles.
+fn mesh_of(executor: &mut Executor, builder: Builder, scene: &Scene) -> MeshBvh {
+    let mesh = &scene.meshes()[0];
+    let count = mesh.triangles.len() as u32;
+    let mut recording = Recording::new();
+    let positions = recording.upload("positions", &mesh.positions);
+    let triangles = recording.upload("triangles", &mesh.triangles);
+    let input = build::boxes::record(&mut recording, positions, triangles, count).expect("few");
+    let tree = record(&mut recording, builder, input, (count, 8), &mut Vec::new()).expect("few");
+    let wide = wide::record(&mut recording, &tree, count).expect("few").download(&mut recording);
+    let order = recording.download(tree.order, count.into());
+    let results = executor.run(&recording).expect("runs");
+    let wide = wide.wide(&results).expect("room");
+    let view = MeshView { positions: &mesh.positions, triangles: &mesh.triangles };
+    let bvh = MeshBvh::over_nodes(&view, &wide.nodes, &wide.leaves, &results.words(order));
+    let report = bvh.validate(&view).expect("valid");
+    assert_eq!(report.references, count as usize);
+    bvh
+}
+
+/// How many of some rays meet another triangle through trees of the device than through one of the CPU, by the tracer of
+/// the CPU and by that of the device, and how many meet any.
+fn other_hits(executor: &mut Executor, scene: &Scene, bvh: &MeshBvh, rays: &[Ray]) -> (usize, usize) {
+    let mut expected = vec![Hit::MISS; rays.len()];
+    tracer(scene, Layout::Wide).closest(rays, &AcceptAll, &mut expected);
+    let over = |layout| {
+        let config = TracerConfig { layout, ..TracerConfig::default() };
+        Tracer::over_meshes(scene, vec![bvh.clone()], &config).expect("a tracer")
+    };
+    let mut found = vec![Hit::MISS; rays.len()];
+    over(Layout::Wide).closest(rays, &AcceptAll, &mut found);
+    let device = DeviceTracer::new(executor, &over(Layout::Compact)).expect("fits");
+    let on_device = closest_hits(executor, &device, rays);
+    device.release(executor);
+    let other = |(expected, found): &(&Hit, &Hit)| !same(expected, found);
+    let others = expected.iter().zip(&found).chain(expected.iter().zip(&on_device)).filter(other).count();
+    (others, expected.iter().filter(|hit| hit.is_hit()).count())
+}
+
+#[test]
+fn rays_through_wide_trees_meet_what_they_meet_through_those_of_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    let mut small = sheet(65);
+    small.positions.iter_mut().for_each(|p| *p *= 2.0_f32.powi(-30));
+    let sized = [("soup", soup(3000, Vec3::splat(0.125)), 1.0), ("sheet", sheet(65), 1.0)];
+    for (name, mesh, size) in sized.into_iter().chain([("small", small, 2.0_f32.powi(-30))]) {
+        let scene = alone(mesh);
+        let scaled = |ray: Ray| Ray { origin: ray.origin * size, t_min: 0.0, ..ray };
+        let rays: Vec<Ray> = rays(4000).into_iter().map(scaled).collect();
+        for (builder_name, builder) in Builder::ALL {
+            let bvh = mesh_of(&mut executor, builder, &scene);
+            let (others, met) = other_hits(&mut executor, &scene, &bvh, &rays);
+            assert!(others == 0 && met > 500, "{name} {builder_name}: {others} others, {met} hits");
+            let mut broken = bvh;
+            let full = broken.blocks.iter_mut().filter(|block| block.prims[1] != Block8::NO_PRIM);
+            full.for_each(|block| block.prims.swap(0, 1));
+            let (others, _) = other_hits(&mut executor, &scene, &broken, &rays);
+            assert!(others > 100, "{name} {builder_name}: numbers that differ are found");
+        }
+    }
 }

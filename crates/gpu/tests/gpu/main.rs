@@ -10,6 +10,7 @@ mod lights;
 mod lights_scenes;
 mod maths;
 mod paging;
+mod parts;
 mod path;
 mod path_scenes;
 mod primitives;

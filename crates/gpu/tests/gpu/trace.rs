@@ -83,7 +83,7 @@ fn on_device(executor: &mut Executor, scene: &Scene) -> DeviceTracer {
     DeviceTracer::new(executor, &tracer(scene, Layout::Compact)).expect("fits")
 }
 
-fn closest(executor: &mut Executor, tracer: &DeviceTracer, rays: &[Ray]) -> Vec<Hit> {
+pub(crate) fn closest(executor: &mut Executor, tracer: &DeviceTracer, rays: &[Ray]) -> Vec<Hit> {
     let mut recording = Recording::new();
     let count = rays.len() as u32;
     let input = recording.upload("rays", &rays.iter().map(ray_words).collect::<Vec<_>>());

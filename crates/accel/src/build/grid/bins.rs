@@ -17,7 +17,7 @@ pub(super) struct Bins {
 struct Plane {
     axis: usize,
     last: usize,
-    cost: f32,
+    cost: u64,
 }
 
 /// Occupied bins of one axis, and for each which bins of the other two have something in it.
@@ -25,13 +25,16 @@ struct Sweep {
     counts: [u32; 8],
     others: [u64; 2],
     /// Sizes of a bin: along this axis, and along the others.
-    sizes: [f32; 3],
+    sizes: [u32; 3],
 }
+
+/// The cost of a side with nothing in it. Costs of others are less, and two of them can be added.
+const NONE: u64 = u64::MAX / 2;
 
 /// Length of the span between the lowest and the highest bit.
 #[inline(always)]
-fn span(mask: u8) -> f32 {
-    (8 - mask.leading_zeros().min(8)) as f32 - (mask.trailing_zeros() % 8) as f32
+fn span(mask: u8) -> u32 {
+    8 - mask.leading_zeros().min(8) - mask.trailing_zeros() % 8
 }
 
 impl Bins {
@@ -124,7 +127,7 @@ impl Bins {
             let sweep = Sweep { counts: self.counts[axis], others: self.masks(axis), sizes };
             let costs = sweep.costs();
             for (last, &cost) in costs.iter().enumerate() {
-                if cost < best.as_ref().map_or(f32::INFINITY, |b| b.cost) {
+                if cost < best.as_ref().map_or(NONE, |b| b.cost) {
                     best = Some(Plane { axis, last, cost });
                 }
             }
@@ -134,16 +137,16 @@ impl Bins {
 }
 
 impl Sweep {
-    /// The cost of the plane behind each bin: `SA(left) count(left) + SA(right) count(right)`, infinite where a side is empty.
+    /// The cost of the plane behind each bin: `SA(left) count(left) + SA(right) count(right)`, at least [`NONE`] where a side is empty.
     #[inline(always)]
-    fn costs(&self) -> [f32; 7] {
-        let mut right = [0.0; 8];
+    fn costs(&self) -> [u64; 7] {
+        let mut right = [0; 8];
         let (mut count, mut own, mut others) = (0, 0_u8, [0_u8; 2]);
         for bin in (1..8).rev() {
             self.grow(bin, &mut count, &mut own, &mut others);
             right[bin] = self.side(count, own, others);
         }
-        let mut costs = [0.0; 7];
+        let mut costs = [0; 7];
         let (mut count, mut own, mut others) = (0, 0_u8, [0_u8; 2]);
         for bin in 0..7 {
             self.grow(bin, &mut count, &mut own, &mut others);
@@ -163,10 +166,10 @@ impl Sweep {
     }
 
     #[inline(always)]
-    fn side(&self, count: u32, own: u8, others: [u8; 2]) -> f32 {
+    fn side(&self, count: u32, own: u8, others: [u8; 2]) -> u64 {
         let [a, b, c] =
             [span(own) * self.sizes[0], span(others[0]) * self.sizes[1], span(others[1]) * self.sizes[2]];
-        if count == 0 { f32::INFINITY } else { (a * b + b * c + c * a) * count as f32 }
+        if count == 0 { NONE } else { u64::from(a * b + b * c + c * a) * u64::from(count) }
     }
 }
 

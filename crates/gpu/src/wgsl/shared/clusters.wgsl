@@ -4,3 +4,5 @@
 const CELLS: u32 = 32768u;
 /// Lower bits of a code, which elements of a cluster do not share.
 const CLUSTER_SHIFT: u32 = 15u;
+/// The grid's level of detail.
+const CLUSTER_LEVEL: u32 = CLUSTER_SHIFT / 3u;

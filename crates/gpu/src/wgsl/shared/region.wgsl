@@ -1,10 +1,10 @@
-// Regions of cells of one of three levels of detail, 32, 16 or 8 cells a side, and the plane of least cost through one: A4 of the
-// grid builder. Who includes this has `cells: array<u32>`: how many elements come before each cell of the finest level.
+// Regions of cells of a level of detail, and the plane of least cost through one: A4 of the grid builder. Level 0 has 1024 cells a
+// side, and each level half as many as the one below.
 //#include morton
 //#include whole_numbers
 
 /// Coarsest level of detail, 8 cells a side.
-const COARSEST: u32 = 2u;
+const COARSEST: u32 = 7u;
 
 /// Cells from `low` to `high`, at most eight a side.
 struct Region {
@@ -24,31 +24,35 @@ struct Plane {
 var<private> bin_counts: array<u32, 24>;
 var<private> bin_rows: array<u32, 24>;
 
-fn pack_region(r: Region) -> u32 {
-    let low = r.low[0] | (r.low[1] << 5u) | (r.low[2] << 10u);
-    let high = r.high[0] | (r.high[1] << 5u) | (r.high[2] << 10u);
-    return low | (high << 15u) | (r.level << 30u);
+fn pack_region(r: Region) -> vec2<u32> {
+    let low = r.low[0] | (r.low[1] << 10u) | (r.low[2] << 20u);
+    let x = r.high[0] - r.low[0];
+    let y = r.high[1] - r.low[1];
+    let z = r.high[2] - r.low[2];
+    return vec2<u32>(low, x | (y << 3u) | (z << 6u) | (r.level << 9u));
 }
 
-fn unpack_region(word: u32) -> Region {
-    let low = array<u32, 3>(word & 31u, (word >> 5u) & 31u, (word >> 10u) & 31u);
-    let high = array<u32, 3>((word >> 15u) & 31u, (word >> 20u) & 31u, (word >> 25u) & 31u);
-    return Region(low, high, word >> 30u);
+fn unpack_region(words: vec2<u32>) -> Region {
+    let low = array<u32, 3>(words.x & 1023u, (words.x >> 10u) & 1023u, words.x >> 20u);
+    let x = low[0] + (words.y & 7u);
+    let y = low[1] + ((words.y >> 3u) & 7u);
+    let z = low[2] + ((words.y >> 6u) & 7u);
+    return Region(low, array<u32, 3>(x, y, z), words.y >> 9u);
 }
 
-/// The number of the first cell of the finest level in a cell.
-fn cell_number(x: u32, y: u32, z: u32, level: u32) -> u32 {
-    return ((spread(x) << 2u) | (spread(y) << 1u) | spread(z)) << (3u * level);
+/// The number of a cell of its level: the upper bits of the codes in it.
+fn cell_number(x: u32, y: u32, z: u32) -> u32 {
+    return (spread(x) << 2u) | (spread(y) << 1u) | spread(z);
 }
 
 /// The same region by finer cells, where at most four a side become at most eight.
-fn refined(region: Region) -> Region {
+fn refined(region: Region, finest: u32) -> Region {
     var r = region;
     var side = 0u;
     for (var axis = 0u; axis < 3u; axis++) {
         side = max(side, r.high[axis] - r.low[axis] + 1u);
     }
-    for (; side <= 4u && r.level > 0u; side *= 2u) {
+    for (; side <= 4u && r.level > finest; side *= 2u) {
         for (var axis = 0u; axis < 3u; axis++) {
             r.low[axis] = 2u * r.low[axis];
             r.high[axis] = 2u * r.high[axis] + 1u;
@@ -58,32 +62,24 @@ fn refined(region: Region) -> Region {
     return r;
 }
 
-/// Counts what is in the cells of a region.
-fn fill_bins(r: Region) {
+fn clear_bins() {
     for (var i = 0u; i < 24u; i++) {
         bin_counts[i] = 0u;
         bin_rows[i] = 0u;
     }
-    for (var z = r.low[2]; z <= r.high[2]; z++) {
-        for (var y = r.low[1]; y <= r.high[1]; y++) {
-            for (var x = r.low[0]; x <= r.high[0]; x++) {
-                let cell = cell_number(x, y, z, r.level);
-                let held = cells[cell + (1u << (3u * r.level))] - cells[cell];
-                if (held > 0u) {
-                    add_cell(x - r.low[0], 8u + y - r.low[1], 16u + z - r.low[2], held);
-                }
-            }
-        }
-    }
 }
 
-fn add_cell(x: u32, y: u32, z: u32, held: u32) {
+/// Counts what a cell holds, by its place in the region.
+fn add_cell(place: vec3<u32>, held: u32) {
+    let x = place.x;
+    let y = 8u + place.y;
+    let z = 16u + place.z;
     bin_counts[x] += held;
     bin_counts[y] += held;
     bin_counts[z] += held;
-    bin_rows[x] |= (1u << (y - 8u)) | (1u << (z - 8u));
-    bin_rows[y] |= (1u << (z - 16u)) | (256u << x);
-    bin_rows[z] |= (1u << x) | (256u << (y - 8u));
+    bin_rows[x] |= (1u << place.y) | (256u << place.z);
+    bin_rows[y] |= (1u << place.z) | (256u << place.x);
+    bin_rows[z] |= (1u << place.x) | (256u << place.y);
 }
 
 /// What of a region is in the bins `from_bin..end_bin` of an axis, as tight as cells tell.
@@ -111,7 +107,7 @@ fn span_of(mask: u32) -> u32 {
 }
 
 /// Elements times the area of the box around what is in the rows `others` and `own`, low and high word. Exact: sizes of cells are
-/// at most 1023.
+/// at most 4095.
 fn side_cost(count: u32, own: u32, others: u32, sizes: array<u32, 3>) -> vec2<u32> {
     let a = span_of(own) * sizes[0];
     let b = span_of(others & 255u) * sizes[1];
