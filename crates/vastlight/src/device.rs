@@ -101,7 +101,7 @@ pub(crate) enum Worker<'r> {
     /// On the calling thread.
     Cpu(&'r Renderer<'r>),
     /// On a graphics processor, one tile after the other.
-    Gpu(Mutex<DeviceRenderer<'r>>),
+    Gpu(Box<Mutex<DeviceRenderer<'r>>>),
 }
 
 impl<'r> Worker<'r> {
@@ -116,7 +116,7 @@ impl<'r> Worker<'r> {
     ) -> Result<Self, Error> {
         executor.prepare(kernels(renderer.settings().integrator), progress)?;
         let capacity = paths_in_flight(executor);
-        Ok(Self::Gpu(Mutex::new(DeviceRenderer::new(executor, renderer, capacity)?)))
+        Ok(Self::Gpu(Box::new(Mutex::new(DeviceRenderer::new(executor, renderer, capacity)?))))
     }
 
     /// What tiles it likes.

@@ -216,7 +216,7 @@ impl DevicePages {
                 bytes += 4 * words_of_slot(&self.kinds[self.kind_of(**page)]);
                 bytes <= staging
             };
-            let together = rest.iter().take_while(fits).count().max(1).min(MOST_TOGETHER);
+            let together = rest.iter().take_while(fits).count().clamp(1, MOST_TOGETHER);
             let (now, later) = rest.split_at(together);
             self.send(executor, pages, now)?;
             rest = later;
@@ -246,6 +246,7 @@ impl DevicePages {
         let split = self.pool[0].bytes / 4;
         let mut changes = Vec::with_capacity(copies.len());
         for (page, first, bytes) in copies {
+            debug_assert!(bytes as u64 <= 4 * words_of_slot(&self.kinds[self.kind_of(page)]));
             let Some(place) = self.free[self.kind_of(page)].pop() else { continue };
             let (to, at) = match u64::from(place).checked_sub(split) {
                 None => (pool[0], place.into()),

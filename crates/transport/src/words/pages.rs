@@ -304,7 +304,9 @@ impl<'a> ScenePages<'a> {
             for ((pages, table), kind) in wanted.iter_mut().zip(&tables).zip(&self.kinds) {
                 pages.retain(|&number| match table.page(number) {
                     Some(bytes) => {
-                        put(number + kind.first, bytes);
+                        // Memory of a cache goes on behind a page.
+                        let length = bytes.len().min(kind.slot_bytes as usize);
+                        put(number + kind.first, &bytes[..length]);
                         false
                     }
                     None => true,
