@@ -3,7 +3,7 @@
 //! As in the thesis of K. Garanzha (2013, 6.5): kernels find a page through a table, ask for what is not there by an atomic
 //! operation, and count uses; between passes the pages are sorted by what they deserve, on the device, and those that are asked for take
 //! the places of those used least. What is to come is gathered, sent as one block, and copied to its places. Deviations: pages that
-//! are asked for are ordered by who asks, the path with the least number first, which is why it ends: see [`plan`].
+//! are asked for are ordered by who asks, the path with the least number first, which is why it ends (`page/plan.rs`).
 //!
 //! A kind of pages has slots of one size. The pool is two buffers at most, each as large as a binding may be; no slot lies in both.
 
