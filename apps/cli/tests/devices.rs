@@ -97,7 +97,34 @@ fn a_store_is_rendered_on_a_graphics_processor_within_its_memory() {
         let same = w.run(&format!("diff 0.exr {name} --tolerance 0"));
         assert_eq!(same.code, 0, "{scene} {memory}: {}", same.stdout);
     }
-    assert!(waited[..2] == [Some(0), Some(0)] && waited[2] > Some(0), "{waited:?}");
+    assert!(waited[..2] == [Some(0); 2] && waited[2] > Some(0), "{waited:?}");
+}
+
+#[test]
+fn images_that_are_not_worth_tiles_are_on_a_graphics_processor_too() {
+    let w = Workspace::new();
+    if !has_adapter(&w) {
+        return;
+    }
+    assert_eq!(w.run("render demo:cornell -r 24x16 --spp 4 -o picture.png --device cpu").code, 0);
+    w.write("quad.mtl", "newmtl m\nmap_Kd picture.png\n");
+    w.write(
+        "quad.obj",
+        "mtllib quad.mtl\nv -1 0 -1\nv 1 0 -1\nv 1 0.5 1\nv -1 0.5 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+         usemtl m\nf 1/1 4/4 3/3 2/2\n",
+    );
+    assert_eq!(w.run("pack quad.obj -o quad.vls").code, 0);
+    let render = "-r 32x18 --spp 2 --aov albedo";
+    assert_eq!(w.run(&format!("render quad.obj {render} -o cpu.exr --device cpu")).code, 0);
+    for scene in ["quad.obj", "quad.vls"] {
+        let outcome = w.run(&format!("render {scene} {render} -o gpu.exr --device gpu"));
+        assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+        let same = w.run("diff cpu.exr gpu.exr --tolerance 1e-5");
+        assert_eq!(same.code, 0, "{scene}: {}", same.stdout);
+    }
+    w.write("quad.mtl", "newmtl m\nKd 0.5 0.5 0.5\n");
+    assert_eq!(w.run(&format!("render quad.obj {render} -o grey.exr --device cpu")).code, 0);
+    assert_eq!(w.run("diff cpu.exr grey.exr --tolerance 1e-5").code, 1);
 }
 
 #[test]

@@ -112,7 +112,7 @@ impl GpuError {
             Self::Pages(_) => "see whether the store is whole and can be reached",
             Self::Limit { .. } => "use a smaller batch or scene, or --device cpu",
             Self::OutOfMemory { .. } => {
-                "close other programs on the device, lower --gpu-memory, or use --device cpu"
+                "close other programs on the device, change --gpu-memory, or use --device cpu"
             }
             Self::Lost { .. } => "start again, or use --device cpu",
             Self::Kernel { .. } | Self::Rejected { .. } => {

@@ -16,7 +16,7 @@ use vastlight_paging::{Directory, PageCache, Table};
 use vastlight_scene::{Mesh, Scene};
 use vastlight_store::{ATTRIBUTE_SLOT, AttributeIndex, AttributeLayout, PackedAttributes};
 use vastlight_trace::Tracer;
-use vastlight_trace::paged::{CachePager, Pager};
+use vastlight_trace::paged::{CachePager, Caches, Pager};
 
 /// Which kind pages of geometry are.
 pub const GEOMETRY: usize = 0;
@@ -43,6 +43,12 @@ pub struct PageKind {
     pub slot_bytes: u32,
     /// How many one path may need at once.
     pub least: u32,
+}
+
+impl PageKind {
+    fn new(pages: u32, slot_bytes: u32, least: u32) -> Self {
+        Self { first: 0, pages, slot_bytes: slot_bytes.next_multiple_of(4), least: least.min(pages) }
+    }
 }
 
 /// Where pages of a kind come from.
@@ -178,14 +184,10 @@ impl<'a> Packed<'a> {
         let attributes = Attributes::new(renderer.scene, renderer.tracer(), renderer.pages.as_ref());
         let (mut tiles, mut kept_tiles) = (Vec::new(), Vec::new());
         let (_, textures) = renderer.materials.parts();
-        let stored = renderer.pages.as_ref().map_or(0, stored_tiles);
-        let textures = super::tiled::all(renderer.scene, textures, stored, [&mut tiles, &mut kept_tiles]);
+        let is_stored = renderer.pages.is_some();
+        let textures = super::tiled::all(renderer.scene, textures, is_stored, [&mut tiles, &mut kept_tiles]);
         Self { attributes, textures, tiles, kept_tiles }
     }
-}
-
-fn stored_tiles(pages: &PagedGeometry<'_>) -> u32 {
-    pages.caches.tiles.as_ref().map_or(0, |tiles| tiles.directory().pages() as u32)
 }
 
 impl<'a> ScenePages<'a> {
@@ -206,38 +208,54 @@ impl<'a> ScenePages<'a> {
         let mut pages = Self::empty();
         let made = std::mem::take(&mut attributes.pages);
         let least_tiles = renderer.materials.most_tiles_of_all() as u32;
-        let of_geometry = attributes.of_geometry;
-        let small = |pages: u32, slot_bytes: u32, least: u32| PageKind { first: 0, pages, slot_bytes, least };
-        let attribute_slot = ATTRIBUTE_SLOT as u32;
         let kept = match &renderer.pages {
             Some(stored) => {
-                pages.pager = Some(stored.caches.pager()?);
-                let [geometry, of_store] =
-                    [&stored.caches.geometry, &stored.caches.attributes].map(PageCache::directory);
-                pages.add(GEOMETRY, Origin::Store, small(geometry.pages() as u32, slot(geometry), 1));
-                let tiles = stored.caches.tiles.as_ref().map(PageCache::directory);
-                let (count, bytes) = tiles.map_or((0, 4), |tiles| (tiles.pages() as u32, slot(tiles)));
-                pages.add(TILES, Origin::Store, small(count, bytes, least_tiles));
-                pages.add(ATTRIBUTES, Origin::Store, small(of_geometry, slot(of_store), 1));
+                pages.add_stored(stored, least_tiles)?;
                 made
             }
             None => {
-                let table = renderer.tracer().pages();
-                pages.add(GEOMETRY, Origin::Table(table), geometry_kind(table));
-                let count = tiles.iter().map(Tiled::pages).sum();
-                let bytes = tiles.iter().map(Tiled::slot_bytes).max().unwrap_or(4);
-                pages.add(TILES, Origin::Tiles(tiles), small(count, bytes, least_tiles));
-                let mut own = made;
-                let kept = own.split_off(of_geometry as usize);
-                pages.add(ATTRIBUTES, Origin::Made(own), small(of_geometry, attribute_slot, 1));
-                kept
+                let of_geometry = attributes.of_geometry as usize;
+                pages.add_in_memory(renderer.tracer(), (tiles, least_tiles), made, of_geometry)
             }
         };
-        let bytes = kept_tiles.iter().map(Tiled::slot_bytes).max().unwrap_or(4).max(attribute_slot);
+        let bytes = kept_tiles.iter().map(Tiled::slot_bytes).max().unwrap_or(0).max(ATTRIBUTE_SLOT as u32);
         let kept: Vec<Vec<u8>> = kept.into_iter().chain(kept_tiles.iter().flat_map(Tiled::all)).collect();
         let count = kept.len() as u32;
-        pages.add(KEPT, Origin::Made(kept), small(count, bytes, count));
+        pages.add(KEPT, Origin::Made(kept), PageKind::new(count, bytes, count));
         Ok((pages, attributes, textures))
+    }
+
+    /// Takes the pages of a store.
+    fn add_stored(&mut self, stored: &PagedGeometry<'_>, least_tiles: u32) -> Result<(), PagesError> {
+        let Caches { geometry, attributes, tiles } = stored.caches;
+        let kind = |cache: &PageCache, least| {
+            let directory = cache.directory();
+            PageKind::new(directory.pages() as u32, slot(directory), least)
+        };
+        self.pager = Some(stored.caches.pager()?);
+        self.add(GEOMETRY, Origin::Store, kind(geometry, 1));
+        self.add(ATTRIBUTES, Origin::Store, kind(attributes, 1));
+        if let Some(tiles) = tiles {
+            self.add(TILES, Origin::Store, kind(tiles, least_tiles));
+        }
+        Ok(())
+    }
+
+    /// Takes the pages of a scene in memory, the first of `made` as attributes of its geometry; gives the others.
+    fn add_in_memory(
+        &mut self,
+        tracer: &'a Tracer,
+        (tiles, least_tiles): (Vec<Tiled<'a>>, u32),
+        mut made: Vec<Vec<u8>>,
+        of_geometry: usize,
+    ) -> Vec<Vec<u8>> {
+        self.add(GEOMETRY, Origin::Table(tracer.pages()), geometry_kind(tracer.pages()));
+        let count = tiles.iter().map(Tiled::pages).sum();
+        let bytes = tiles.iter().map(Tiled::slot_bytes).max().unwrap_or(0);
+        self.add(TILES, Origin::Tiles(tiles), PageKind::new(count, bytes, least_tiles));
+        let others = made.split_off(of_geometry);
+        self.add(ATTRIBUTES, Origin::Made(made), PageKind::new(of_geometry as u32, ATTRIBUTE_SLOT as u32, 1));
+        others
     }
 
     fn empty() -> Self {
@@ -246,7 +264,7 @@ impl<'a> ScenePages<'a> {
 
     fn add(&mut self, kind: usize, origin: Origin<'a>, pages: PageKind) {
         self.origins[kind] = origin;
-        self.kinds[kind] = PageKind { least: pages.least.min(pages.pages), ..pages };
+        self.kinds[kind] = pages;
         let mut first = 0;
         for kind in &mut self.kinds {
             kind.first = first;
@@ -323,11 +341,11 @@ const MOST_TILES: usize = 64;
 
 fn geometry_kind(table: &Table) -> PageKind {
     let pages = table.pages() as u32;
-    let longest = (0..pages).filter_map(|page| table.page(page)).map(<[u8]>::len).max().unwrap_or(4);
-    PageKind { first: 0, pages, slot_bytes: longest.next_multiple_of(4) as u32, least: 1 }
+    let longest = (0..pages).filter_map(|page| table.page(page)).map(<[u8]>::len).max().unwrap_or(0);
+    PageKind::new(pages, longest as u32, 1)
 }
 
-/// Bytes of the longest page, in whole words.
+/// Bytes of the longest page.
 fn slot(directory: &Directory) -> u32 {
-    directory.longest().map_or(4, |(_, entry)| entry.bytes.next_multiple_of(4))
+    directory.longest().map_or(0, |(_, entry)| entry.bytes)
 }

@@ -23,12 +23,12 @@ pub(super) struct Tiled<'a> {
     levels: Vec<&'a Image>,
 }
 
-/// All textures in tiles; images that have to be cut are appended to the tiles, behind `stored` ones of a store, or to those that are
-/// kept: what hits and light depend on, and of a scene in a store all that is in memory.
+/// All textures in tiles; images that have to be cut are appended to the tiles, or to those that are kept: what hits and light depend
+/// on, and of a scene in a store all that is in memory.
 pub(super) fn all<'a>(
     scene: &Scene,
     textures: &'a [PreparedTexture<'_>],
-    stored: u32,
+    is_stored: bool,
     [tiles, kept]: [&mut Vec<Tiled<'a>>; 2],
 ) -> Vec<TiledTexture> {
     let uses = texture_uses(scene.materials(), scene.textures());
@@ -37,7 +37,7 @@ pub(super) fn all<'a>(
     };
     let mut exact: BTreeMap<_, bool> = BTreeMap::new();
     for (texture, found) in textures.iter().zip(&uses) {
-        *exact.entry(key(texture)).or_default() |= found.exact || stored > 0;
+        *exact.entry(key(texture)).or_default() |= found.exact || is_stored;
     }
     let mut known: BTreeMap<_, TiledTexture> = BTreeMap::new();
     let place = |texture: &'a PreparedTexture<'_>| {
