@@ -30,7 +30,7 @@ const BYTES_AT_HAND: u64 = 110;
 /// Bytes of the wavefront of one thread.
 const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
 /// Bytes of a path in flight on a graphics processor, its way back included, times how many there are.
-const WAVE_BYTES_ON_DEVICE: u64 = (256 + 3 * 64) << 16;
+const WAVE_BYTES_ON_DEVICE: u64 = (352 + 3 * 64) << 16;
 /// Compiled kernels, and the driver that compiles them: a software adapter was seen to take 253 MiB, and 506 MiB where the driver's
 /// cache did not know the kernels.
 const DRIVER_BYTES: u64 = 512 << 20;

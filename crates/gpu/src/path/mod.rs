@@ -117,6 +117,9 @@ impl<'r> DeviceRenderer<'r> {
         let (scene, mut source) = DeviceScene::new(executor, renderer)?;
         let made = Self::room(executor, &mut source, capacity, is_stream);
         let (wave, pages) = made.inspect_err(|_| scene.release(executor))?;
+        if pages.has_all() {
+            source.finish();
+        }
         Ok(Self { executor, renderer, scene, source, pages, wave, at_once: wave.capacity })
     }
 

@@ -272,6 +272,12 @@ impl<'a> ScenePages<'a> {
         }
     }
 
+    /// Lets go of what it holds; for when all pages have been read.
+    pub fn finish(&mut self) {
+        self.origins = [const { Origin::Nowhere }; KINDS];
+        self.pager = None;
+    }
+
     /// The kinds of pages.
     #[must_use]
     pub fn kinds(&self) -> &[PageKind; KINDS] {
