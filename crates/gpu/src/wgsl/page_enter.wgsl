@@ -1,7 +1,6 @@
 // Writes where pages are now, or that they are not there.
 //#include group
-
-const PAGE_WORDS: u32 = 3u;
+//#include page_words
 
 struct Parameters {
     count: u32,
@@ -18,6 +17,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x < parameters.count) {
         let at = changes[id.x].x * PAGE_WORDS;
         page_table[at] = changes[id.x].y;
-        page_table[at + 2u] = parameters.uses;
+        page_table[at + PAGE_USES] = parameters.uses;
     }
 }

@@ -1,13 +1,7 @@
 // Which pages deserve their place most, as keys to be sorted: by kind; first those that are asked for, by who asks; then those that
 // are there, by how often they were used; then the others. Afterwards nobody asks for any. See the part `page_table`.
 //#include group
-
-const PAGE_WORDS: u32 = 3u;
-const ABSENT_PAGE: u32 = 0xffffffffu;
-const MOST_USES: u32 = 31u;
-const KIND_SHIFT: u32 = 22u;
-const IS_THERE: u32 = 0x100000u;
-const IS_ABSENT: u32 = 0x200000u;
+//#include page_words
 
 struct Parameters {
     pages: u32,
@@ -29,19 +23,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = page * PAGE_WORDS;
-    let uses = min(page_table[at + 2u], MOST_USES);
-    var key = IS_ABSENT;
-    if (page_table[at + 1u] != ABSENT_PAGE) {
-        key = min(page_table[at + 1u], IS_THERE - 1u);
+    let uses = min(page_table[at + PAGE_USES], MOST_USES);
+    var key = KEY_IS_ABSENT;
+    if (page_table[at + PAGE_ASKER] != ABSENT_PAGE) {
+        key = min(page_table[at + PAGE_ASKER], KEY_IS_THERE - 1u);
     } else if (page_table[at] != ABSENT_PAGE) {
-        key = IS_THERE + MOST_USES - uses;
+        key = KEY_IS_THERE + MOST_USES - uses;
     }
     let kind =
         u32(page >= parameters.second) + u32(page >= parameters.third) + u32(page >= parameters.fourth);
     keys[page] = (kind << KIND_SHIFT) + key;
     numbers[page] = page;
-    page_table[at + 1u] = ABSENT_PAGE;
+    page_table[at + PAGE_ASKER] = ABSENT_PAGE;
     if (parameters.forget != 0u) {
-        page_table[at + 2u] = 0u;
+        page_table[at + PAGE_USES] = 0u;
     }
 }

@@ -1,11 +1,7 @@
 // What has to change so that the pages that deserve it most are there: marks those that are to come, in the order of their merit,
 // and those that may leave, in the opposite order. `keys` and `numbers` are sorted.
 //#include group
-
-const PAGE_WORDS: u32 = 3u;
-const ABSENT_PAGE: u32 = 0xffffffffu;
-const KIND_SHIFT: u32 = 22u;
-const IS_ABSENT: u32 = 0x200000u;
+//#include page_words
 
 struct Parameters {
     pages: u32,
@@ -36,7 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let slots = vec4<u32>(parameters.slots_of_first, parameters.slots_of_second, parameters.slots_of_third,
         parameters.slots_of_fourth);
     let kind = keys[i] >> KIND_SHIFT;
-    let is_wanted = (keys[i] & (2u * IS_ABSENT - 1u)) != IS_ABSENT;
+    let is_wanted = (keys[i] & (2u * KEY_IS_ABSENT - 1u)) != KEY_IS_ABSENT;
     let has_place = is_wanted && i - firsts[kind] < slots[kind];
     let is_there = page_table[numbers[i] * PAGE_WORDS] != ABSENT_PAGE;
     comes[i] = u32(has_place && !is_there);

@@ -1,13 +1,7 @@
 // Which pages are on the device, as in the thesis of K. Garanzha (2013, 6.5): for each page three words. The first is the word
 // of the pool where the page begins; the second who asks for the page, the one with the least number; the third how often it was
 // used. Who includes this has `page_table`.
-
-const PAGE_WORDS: u32 = 3u;
-const PAGE_ASKER: u32 = 1u;
-const PAGE_USES: u32 = 2u;
-const ABSENT_PAGE: u32 = 0xffffffffu;
-/// Uses are counted up to this.
-const MOST_USES: u32 = 31u;
+//#include page_words
 
 /// Who asks for pages.
 var<private> asker: u32 = 0u;
