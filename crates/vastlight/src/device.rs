@@ -1,9 +1,9 @@
 //! What a render computes on.
 
-use crate::stats::GpuPaging;
-use crate::{Error, OpenScene, RenderRequest};
+use crate::{Error, RenderRequest};
 use std::sync::{Mutex, PoisonError};
 use vastlight_accel::kdtree::KdKind;
+use vastlight_gpu::page::PageStats;
 use vastlight_gpu::path::{DeviceRenderer, kernels};
 use vastlight_gpu::{AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, GpuError};
 use vastlight_trace::{Layout, TracerConfig};
@@ -60,11 +60,11 @@ impl DeviceRequest {
     ///
     /// # Errors
     /// The adapter that was asked for is not there or not usable.
-    pub(crate) fn open(&self, open: &OpenScene) -> Result<Option<Executor>, Error> {
+    pub(crate) fn open(&self) -> Result<Option<Executor>, Error> {
         if let Some(choice) = self.device.adapter() {
             return Ok(Some(Executor::open(choice, self.gpu_memory)?));
         }
-        if self.device == Device::Cpu || open.stored.is_some() || !Drivers::may_have_hardware() {
+        if self.device == Device::Cpu || !Drivers::may_have_hardware() {
             return Ok(None);
         }
         match Executor::open(DeviceChoice::Hardware, self.gpu_memory) {
@@ -129,12 +129,10 @@ impl<'r> Worker<'r> {
     }
 
     /// The pages that were brought to a graphics processor.
-    pub(crate) fn gpu_paging(&self) -> Option<GpuPaging> {
+    pub(crate) fn gpu_paging(&self) -> Option<PageStats> {
         match self {
             Self::Cpu(_) => None,
-            Self::Gpu(renderer) => {
-                Some(renderer.lock().unwrap_or_else(PoisonError::into_inner).page_stats().into())
-            }
+            Self::Gpu(renderer) => Some(renderer.lock().unwrap_or_else(PoisonError::into_inner).page_stats()),
         }
     }
 

@@ -147,7 +147,7 @@ fn on_graphics_processor(
     request: &RenderRequest,
     control: &Control<'_>,
 ) -> Result<Option<Rendered>, Error> {
-    let Some(mut executor) = request.device.open(open)? else { return Ok(None) };
+    let Some(mut executor) = request.device.open()? else { return Ok(None) };
     let request = RenderRequest { tracer: structures(request), ..request.clone() };
     render_with(open, &request, control, Some(&mut executor)).map(Some)
 }

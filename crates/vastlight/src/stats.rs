@@ -166,32 +166,6 @@ impl PagingStats {
     }
 }
 
-/// The pages of a scene on a graphics processor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct GpuPaging {
-    /// All pages of the scene: geometry, attributes, tiles of textures.
-    pub pages: u64,
-    /// Their bytes.
-    pub all_bytes: u64,
-    /// Pages that were on the device at a time, at most.
-    pub slots: u64,
-    /// Their bytes.
-    pub slot_bytes: u64,
-    /// Passes after which paths waited for pages.
-    pub waits: u64,
-    /// Pages that were brought to the device, those at the start included.
-    pub brought: u64,
-    /// Their bytes.
-    pub brought_bytes: u64,
-}
-
-impl From<PageStats> for GpuPaging {
-    fn from(stats: PageStats) -> Self {
-        let PageStats { pages, all_bytes, slots, slot_bytes, waits, brought, brought_bytes } = stats;
-        Self { pages, all_bytes, slots, slot_bytes, waits, brought, brought_bytes }
-    }
-}
-
 /// What a render was and what it cost. Times are milliseconds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stats {
@@ -244,5 +218,5 @@ pub struct Stats {
     /// What the page caches did, for a scene in a store.
     pub paging: Option<PagingStats>,
     /// What was brought to the graphics processor, where one rendered.
-    pub gpu_paging: Option<GpuPaging>,
+    pub gpu_paging: Option<PageStats>,
 }

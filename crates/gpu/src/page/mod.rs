@@ -17,6 +17,7 @@ use crate::limits::WORKGROUPS_PER_AXIS;
 use crate::primitives::GROUP;
 use crate::recording::{Buffer, Groups, Recording, Resident};
 use crate::run::Executor;
+use serde::Serialize;
 use vastlight_transport::words::ScenePages;
 use vastlight_transport::words::pages::{KINDS, PageKind};
 
@@ -43,9 +44,9 @@ kernel!(pub(crate) ENTER = "page_enter", EnterParameters, 2);
 pub(crate) static KERNELS: [&Kernel; 3] = [&plan::KEYS, &plan::PLAN, &ENTER];
 
 /// What paging did so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PageStats {
-    /// All pages.
+    /// All pages: geometry, attributes, tiles of textures.
     pub pages: u64,
     /// Their bytes, each in a slot.
     pub all_bytes: u64,
@@ -99,23 +100,22 @@ impl DevicePages {
         one_buffer: bool,
     ) -> Result<Self, GpuError> {
         let kinds = *pages.kinds();
-        let count: usize = kinds.iter().map(|kind| kind.pages as usize).sum();
-        let table = executor.keep("table of pages", &vec![NONE; (PAGE_WORDS * count).max(1)])?;
+        let count = count_of(&kinds);
+        let table = executor.keep("table of pages", &vec![NONE; (PAGE_WORDS * count as usize).max(1)])?;
         let working = executor.allocate("bringing pages", working_bytes(&kinds));
         let working = working.inspect_err(|_| executor.release(table))?;
         let made = Self::pool(executor, &kinds, one_buffer);
         executor.release(working);
         let (layout, pool) = made.inspect_err(|_| executor.release(table))?;
-        let all_bytes = kinds.iter().map(bytes_of).sum();
         let stats = PageStats {
-            pages: count as u64,
-            all_bytes,
+            pages: count,
+            all_bytes: all_bytes(&kinds),
             slots: layout.slots.iter().map(|&slots| u64::from(slots)).sum(),
             slot_bytes: layout.bytes(&kinds),
             ..PageStats::default()
         };
         let Layout { slots, free, .. } = layout;
-        let places = vec![NONE; count];
+        let places = vec![NONE; count as usize];
         let mut made = Self { kinds, slots, free, places, pool, table, swaps: 0, nothing_came: false, stats };
         let done = made.fill(executor, pages);
         done.inspect_err(|_| made.release(executor)).map(|()| made)
@@ -124,10 +124,9 @@ impl DevicePages {
     /// What it takes to have all pages on a device.
     #[must_use]
     pub fn bytes_for_all(pages: &ScenePages<'_>) -> u64 {
-        let count: u64 = pages.kinds().iter().map(|kind| u64::from(kind.pages)).sum();
-        let all: u64 = pages.kinds().iter().map(bytes_of).sum();
+        let kinds = pages.kinds();
         // Sizes are rounded up.
-        (all + working_bytes(pages.kinds()) + 4 * PAGE_WORDS as u64 * count) / 4 * 5
+        (all_bytes(kinds) + working_bytes(kinds) + 4 * PAGE_WORDS as u64 * count_of(kinds)) / 4 * 5
     }
 
     /// The largest pool that memory allows, and its slots.
@@ -137,10 +136,9 @@ impl DevicePages {
         one_buffer: bool,
     ) -> Result<(Layout, [Resident; 2]), GpuError> {
         let binding = executor.binding_bytes() / 4;
-        let all: u64 = kinds.iter().map(bytes_of).sum::<u64>() / 4;
-        let least: u64 = kinds.iter().map(|kind| u64::from(kind.least) * words_of_slot(kind)).sum();
+        let least = least_words(kinds);
         let (bindings, free) = (if one_buffer { 1 } else { 2 }, executor.free_bytes() / 4);
-        let mut words = all.min(free);
+        let mut words = (all_bytes(kinds) / 4).min(free);
         loop {
             let layout = Layout::new(kinds, words, binding, bindings);
             let refused = GpuError::OutOfMemory {
@@ -167,7 +165,7 @@ impl DevicePages {
     fn fill(&mut self, executor: &mut Executor, pages: &mut ScenePages<'_>) -> Result<(), GpuError> {
         let first = |kind: usize| self.kinds[kind].first..self.kinds[kind].first + self.slots[kind];
         let wanted: Vec<u32> = (0..KINDS).flat_map(first).collect();
-        self.bring(executor, pages, &wanted)
+        self.bring(executor, pages, (&wanted, Vec::new()))
     }
 
     /// Whether all pages are there.
@@ -202,12 +200,12 @@ impl DevicePages {
         self.kinds.iter().rposition(|kind| kind.pages > 0 && kind.first <= page).unwrap_or(0)
     }
 
-    /// Brings pages that are not there to free slots.
+    /// Brings pages that are not there to free slots; the first block takes the changes of the table along that have to be made.
     fn bring(
         &mut self,
         executor: &mut Executor,
         pages: &mut ScenePages<'_>,
-        wanted: &[u32],
+        (wanted, mut changes): (&[u32], Vec<[u32; 2]>),
     ) -> Result<(), GpuError> {
         let (mut rest, staging) = (wanted, staging_bytes(&self.kinds));
         while !rest.is_empty() {
@@ -218,7 +216,7 @@ impl DevicePages {
             };
             let together = rest.iter().take_while(fits).count().clamp(1, MOST_TOGETHER);
             let (now, later) = rest.split_at(together);
-            self.send(executor, pages, now)?;
+            self.send(executor, pages, (now, std::mem::take(&mut changes)))?;
             rest = later;
         }
         Ok(())
@@ -229,7 +227,7 @@ impl DevicePages {
         &mut self,
         executor: &mut Executor,
         pages: &mut ScenePages<'_>,
-        wanted: &[u32],
+        (wanted, mut changes): (&[u32], Vec<[u32; 2]>),
     ) -> Result<(), GpuError> {
         let (mut block, mut copies) = (Vec::new(), Vec::new());
         pages.read(wanted, &mut |page, bytes| {
@@ -244,7 +242,6 @@ impl DevicePages {
         let PageBuffers { pool, table } = self.buffers(&mut recording);
         let block = recording.upload("block of pages", &block);
         let split = self.pool[0].bytes / 4;
-        let mut changes = Vec::with_capacity(copies.len());
         for (page, first, bytes) in copies {
             debug_assert!(bytes as u64 <= 4 * words_of_slot(&self.kinds[self.kind_of(page)]));
             let Some(place) = self.free[self.kind_of(page)].pop() else { continue };
@@ -256,41 +253,42 @@ impl DevicePages {
             self.places[page as usize] = place;
             changes.push([page, place]);
         }
-        self.enter(&mut recording, table, &changes);
-        executor.run(&recording).map(|_| ())
-    }
-
-    /// Records that pages are elsewhere now.
-    fn enter(&self, recording: &mut Recording, table: Buffer, changes: &[[u32; 2]]) {
         let count = changes.len() as u32;
-        if count > 0 {
-            let changes = recording.upload("changes of the table", changes);
-            let parameters = EnterParameters { count, uses: if self.has_all() { MOST_USES } else { 1 } };
-            recording.dispatch(&ENTER, &parameters, &[table, changes], Groups::Direct(count.div_ceil(GROUP)));
-        }
+        let parameters = EnterParameters { count, uses: if self.has_all() { MOST_USES } else { 1 } };
+        let changes = recording.upload("changes of the table", &changes);
+        recording.dispatch(&ENTER, &parameters, &[table, changes], Groups::Direct(count.div_ceil(GROUP)));
+        executor.run(&recording).map(|_| ())
     }
 }
 
-/// Pages that are sent at once at most: one dispatch.
-const MOST_TOGETHER: usize = (WORKGROUPS_PER_AXIS * GROUP) as usize;
+/// Pages that are sent at once at most: with as many that leave one dispatch.
+const MOST_TOGETHER: usize = (WORKGROUPS_PER_AXIS * GROUP / 2) as usize;
 
 fn staging_bytes(kinds: &[PageKind; KINDS]) -> u64 {
-    let all: u64 = kinds.iter().map(bytes_of).sum();
-    (all / STAGING_PART).clamp(*STAGING_BYTES.start(), *STAGING_BYTES.end())
+    (all_bytes(kinds) / STAGING_PART).clamp(*STAGING_BYTES.start(), *STAGING_BYTES.end())
 }
 
 /// What it takes to sort pages and to bring some.
 fn working_bytes(kinds: &[PageKind; KINDS]) -> u64 {
-    let count: u64 = kinds.iter().map(|kind| u64::from(kind.pages)).sum();
-    staging_bytes(kinds) + SORTING_BYTES * count
+    staging_bytes(kinds) + SORTING_BYTES * count_of(kinds)
 }
 
 fn words_of_slot(kind: &PageKind) -> u64 {
     u64::from(kind.slot_bytes).div_ceil(4)
 }
 
-fn bytes_of(kind: &PageKind) -> u64 {
-    4 * u64::from(kind.pages) * words_of_slot(kind)
+fn count_of(kinds: &[PageKind; KINDS]) -> u64 {
+    kinds.iter().map(|kind| u64::from(kind.pages)).sum()
+}
+
+/// Bytes of all pages, each in a slot.
+fn all_bytes(kinds: &[PageKind; KINDS]) -> u64 {
+    kinds.iter().map(|kind| 4 * u64::from(kind.pages) * words_of_slot(kind)).sum()
+}
+
+/// Words of as many slots as one path may need.
+fn least_words(kinds: &[PageKind; KINDS]) -> u64 {
+    kinds.iter().map(|kind| u64::from(kind.least) * words_of_slot(kind)).sum()
 }
 
 /// Where slots are.
@@ -309,8 +307,7 @@ impl Layout {
         let longest = kinds.iter().map(words_of_slot).max().unwrap_or(0);
         let most = if bindings > 1 { (2 * binding).saturating_sub(longest) } else { binding };
         let words = words.min(most).min(NONE.into());
-        let all: u64 = kinds.iter().map(bytes_of).sum::<u64>() / 4;
-        let least: u64 = kinds.iter().map(|kind| u64::from(kind.least) * words_of_slot(kind)).sum();
+        let (all, least) = (all_bytes(kinds) / 4, least_words(kinds));
         let rest = words.checked_sub(least)?;
         let share = |kind: &PageKind| {
             if words >= all {
@@ -362,7 +359,7 @@ mod tests {
 
     #[test]
     fn slots_do_not_overlap_nor_lie_in_both_buffers() {
-        let all: u64 = kinds().iter().map(bytes_of).sum::<u64>() / 4;
+        let all = all_bytes(&kinds()) / 4;
         for (words, binding) in [(all, 1 << 20), (all, all / 2), (all / 3, all / 4), (all / 20, all)] {
             let layout = Layout::new(&kinds(), words, binding, 2).expect("enough");
             let mut taken: Vec<(u64, u64)> = Vec::new();
@@ -381,10 +378,10 @@ mod tests {
 
     #[test]
     fn what_fits_has_all_its_slots_and_too_little_is_refused() {
-        let all: u64 = kinds().iter().map(bytes_of).sum::<u64>() / 4;
+        let all = all_bytes(&kinds()) / 4;
         let whole = Layout::new(&kinds(), all, all, 1).expect("enough");
         assert_eq!(whole.slots, [40, 300, 100, 7]);
-        let least: u64 = kinds().iter().map(|kind| u64::from(kind.least) * words_of_slot(kind)).sum();
+        let least = least_words(&kinds());
         let small = Layout::new(&kinds(), least, all, 1).expect("just enough");
         assert_eq!(small.slots, [1, 16, 1, 7]);
         assert!(Layout::new(&kinds(), least - 1, all, 1).is_none());

@@ -129,10 +129,6 @@ impl DevicePages {
                 gone.push([page, NONE]);
             }
         }
-        let mut recording = Recording::new();
-        let table = self.buffers(&mut recording).table;
-        self.enter(&mut recording, table, &gone);
-        executor.run(&recording)?;
-        self.bring(executor, pages, &come)
+        self.bring(executor, pages, (&come, gone))
     }
 }

@@ -48,8 +48,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (is_first && is_last) {
         return;
     }
-    let start = place_of(code);
-    let length = place_of(code + 1u) - start;
+    let start = place_of(code, 0u, parameters.count);
+    let length = place_of(code + 1u, start, parameters.count) - start;
     if (length > parameters.leaf) {
         let place = places[start];
         placed_order[place + i - start] = order[i];

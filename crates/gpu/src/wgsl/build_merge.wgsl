@@ -54,8 +54,8 @@ fn is_below(right: u32, left: u32) -> bool {
         return differ < differ_left;
     }
     // All codes from `left` to behind `right` are the same: they are halved.
-    let first = place_of(code);
-    let length = place_of(code + 1u) - first;
+    let first = place_of(code, 0u, parameters.count);
+    let length = place_of(code + 1u, first, parameters.count) - first;
     return halved(right - first, length).x > halved(left - first, length).x;
 }
 
@@ -65,8 +65,8 @@ fn is_parent_longer(first: u32, last: u32, is_left: bool, most: u32) -> bool {
     let split = select(first - 1u, last, is_left);
     let differ = codes[split] ^ codes[split + 1u];
     if (differ == 0u) {
-        let start = place_of(codes[split]);
-        let length = place_of(codes[split] + 1u) - start;
+        let start = place_of(codes[split], 0u, parameters.count);
+        let length = place_of(codes[split] + 1u, start, parameters.count) - start;
         return halved(split - start, length).y > most;
     }
     // The element that is one too far, and the one at the near end.

@@ -8,9 +8,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
     var is_left = false;
     var is_waiting = false;
     if (id.x < atomicLoad(&tails[parameters.full])) {
-        slot = queue_entry(parameters.full, id.x);
-        asker = slot;
-        holds = parameters.again != 0u;
+        slot = take_path(id.x);
         var known = miss(PATH_FAR);
         if (parameters.again != 0u) {
             take_restart(slot);

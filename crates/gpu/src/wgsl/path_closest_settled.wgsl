@@ -14,9 +14,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
     var slot = 0u;
     var is_waiting = false;
     if (id.x < atomicLoad(&tails[parameters.full])) {
-        slot = queue_entry(parameters.full, id.x);
-        asker = slot;
-        holds = parameters.again != 0u;
+        slot = take_path(id.x);
         ray_key = alpha_key(slot, parameters.depth);
         take_restart(slot);
         is_waiting = still_waits();

@@ -374,9 +374,7 @@ fn shade(path: ptr<function, Path>) {
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     var path: Path;
     if (id.x < atomicLoad(&tails[parameters.full])) {
-        path = load_path(queue_entry(parameters.full, id.x));
-        asker = path.slot;
-        holds = parameters.again != 0u;
+        path = load_path(take_path(id.x));
         shade(&path);
     }
     enqueue(lane, SHADOWS, path.slot, path.has_shadow);

@@ -36,9 +36,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
     var slot = 0u;
     var is_waiting = false;
     if (id.x < atomicLoad(&tails[parameters.full])) {
-        slot = queue_entry(parameters.full, id.x);
-        asker = slot;
-        holds = parameters.again != 0u;
+        slot = take_path(id.x);
         ray_key = shadow_key(slot, parameters.depth);
         ray_direction = path_vec3(PATH_SHADOW_DIRECTION, slot);
         blocked = (vec3<u32>(path_word(PATH_BLOCKED, slot)) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u);

@@ -1,6 +1,6 @@
 //! Pictures on the software adapter through a cache that holds a part of the scene: the same bits as with all of it there.
 
-use crate::common::software;
+use crate::common::{answers, probe, software};
 use crate::path::{Picture, gather, settings};
 use crate::path_scenes::large;
 use vastlight_gpu::page::PageStats;
@@ -65,4 +65,28 @@ fn pictures_do_not_depend_on_what_is_on_the_device() {
     let refused = within(&mut executor, &scene, &settings, [2 << 20, ALL]).map(drop);
     let refused = refused.expect_err("too little");
     assert!(matches!(refused, GpuError::OutOfMemory { .. }), "{refused}");
+}
+
+probe!(PAGES = "page_probe", 3);
+
+/// What is not there is asked for, by the least that asks; and what is there, by those who hold it. Uses are counted up to 31.
+#[test]
+fn pages_are_asked_for_held_and_counted() {
+    const NONE: u32 = u32::MAX;
+    let (count, there) = (200_u32, |page: u32| page % 3 != 0);
+    let row = |page: u32| {
+        let asker = [NONE, 0, page, page + 7][(page / 2 % 4) as usize];
+        [if there(page) { 1000 + page } else { NONE }, asker, page % 33]
+    };
+    let holds = |page: u32| page % 2;
+    let records: Vec<u32> = (0..count).map(holds).collect();
+    let table: Vec<u32> = (0..count).flat_map(row).collect();
+    let Some(found) = answers(&PAGES, &[&records, &table], count as usize, 4) else { return };
+    for (page, found) in (0..count).zip(found.chunks_exact(4)) {
+        let [place, asker, uses] = row(page);
+        let asked = if !there(page) || holds(page) == 1 { asker.min(page) } else { asker };
+        let counted = if there(page) && uses < 31 { uses + 1 } else { uses };
+        let expected = [if there(page) { place } else { 0 }, u32::from(!there(page)), asked, counted];
+        assert_eq!(found, expected, "{page}");
+    }
 }

@@ -69,16 +69,6 @@ pub struct ScenePages<'a> {
     pager: Option<CachePager>,
 }
 
-/// What is packed while pages are numbered.
-pub(super) struct Packed<'a> {
-    /// Attributes of pages of geometry in memory, then of blocks.
-    pub(super) attributes: Attributes,
-    /// By texture.
-    pub(super) textures: Vec<TiledTexture>,
-    tiles: Vec<Tiled<'a>>,
-    kept_tiles: Vec<Tiled<'a>>,
-}
-
 /// Pages of attributes, and where those of a triangle are.
 #[derive(Debug, Default)]
 pub(super) struct Attributes {
@@ -179,17 +169,6 @@ fn shines_by_textures(scene: &Scene, mesh: &Mesh) -> bool {
         && if mesh.parts.is_empty() { shines(0) } else { mesh.parts.iter().any(|part| shines(part.material)) }
 }
 
-impl<'a> Packed<'a> {
-    pub(super) fn new(renderer: &'a Renderer<'_>) -> Self {
-        let attributes = Attributes::new(renderer.scene, renderer.tracer(), renderer.pages.as_ref());
-        let (mut tiles, mut kept_tiles) = (Vec::new(), Vec::new());
-        let (_, textures) = renderer.materials.parts();
-        let is_stored = renderer.pages.is_some();
-        let textures = super::tiled::all(renderer.scene, textures, is_stored, [&mut tiles, &mut kept_tiles]);
-        Self { attributes, textures, tiles, kept_tiles }
-    }
-}
-
 impl<'a> ScenePages<'a> {
     /// The pages of geometry of a tracer in memory, alone.
     #[must_use]
@@ -199,16 +178,20 @@ impl<'a> ScenePages<'a> {
         pages
     }
 
-    /// All pages of a renderer's scene; gives also what of `packed` the tables need.
+    /// All pages of a renderer's scene; gives also what the tables need to know of attributes and, by texture, of tiles.
     pub(super) fn new(
         renderer: &'a Renderer<'_>,
-        packed: Packed<'a>,
     ) -> Result<(Self, Attributes, Vec<TiledTexture>), PagesError> {
-        let Packed { mut attributes, textures, tiles, kept_tiles } = packed;
+        let stored = renderer.pages.as_ref();
+        let mut attributes = Attributes::new(renderer.scene, renderer.tracer(), stored);
+        let (mut tiles, mut kept_tiles) = (Vec::new(), Vec::new());
+        let (_, textures) = renderer.materials.parts();
+        let lists = [&mut tiles, &mut kept_tiles];
+        let textures = super::tiled::all(renderer.scene, textures, stored.is_some(), lists);
         let mut pages = Self::empty();
         let made = std::mem::take(&mut attributes.pages);
         let least_tiles = renderer.materials.most_tiles_of_all() as u32;
-        let kept = match &renderer.pages {
+        let kept = match stored {
             Some(stored) => {
                 pages.add_stored(stored, least_tiles)?;
                 made

@@ -1,6 +1,6 @@
 //! Everything that a renderer knows but its tracer, as words.
 
-use super::pages::{ATTRIBUTES, KEPT, Packed, ScenePages, TILES};
+use super::pages::{ATTRIBUTES, KEPT, ScenePages, TILES};
 use super::{Words, camera, geometry, materials, put_albedo, tables, textures};
 use crate::pages::PagesError;
 use crate::renderer::Renderer;
@@ -33,7 +33,7 @@ impl Renderer<'_> {
     /// It is too large to be counted in words of 32 bits, or its store serves nobody else.
     pub fn words(&self) -> Result<(RendererWords, ScenePages<'_>), WordsError> {
         let (rows, all_textures) = self.materials.parts();
-        let (pages, attributes, tiled) = ScenePages::new(self, Packed::new(self))?;
+        let (pages, attributes, tiled) = ScenePages::new(self)?;
         let [tiles, of_attributes, kept] = [TILES, ATTRIBUTES, KEPT].map(|kind| pages.kinds()[kind].first);
         let mut words = Words::new(tables::HEADER);
         words.section(tables::ALBEDO);

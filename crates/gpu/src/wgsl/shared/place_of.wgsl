@@ -1,9 +1,9 @@
-// The place of codes among sorted ones. Who includes this has `codes: array<u32>` and their number, `parameters.count`.
+// The place of codes among sorted ones. Who includes this has `codes: array<u32>`.
 
-/// Where a code, or what is above it, begins.
-fn place_of(code: u32) -> u32 {
-    var low = 0u;
-    var high = parameters.count;
+/// The first of a stretch of codes that is not below `code`, or its end.
+fn place_of(code: u32, start: u32, end: u32) -> u32 {
+    var low = start;
+    var high = end;
     while (low < high) {
         let middle = (low + high) / 2u;
         if (codes[middle] < code) {

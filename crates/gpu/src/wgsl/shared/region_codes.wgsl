@@ -1,5 +1,6 @@
 // The cells of a region on any level: by the table of one level, and below that by the sorted codes, where each cell of each level is
 // a run. Who includes this has `codes: array<u32>` besides what region_cells asks for.
+//#include place_of
 //#include region_cells
 
 /// The first of `low..end` whose code is not below `code`, by steps that double: it is most often near.
@@ -10,16 +11,7 @@ fn first_not_below(start: u32, end: u32, code: u32) -> u32 {
         low += step;
         step *= 2u;
     }
-    var high = min(low + step - 1u, end);
-    while (low < high) {
-        let middle = (low + high) / 2u;
-        if (codes[middle] < code) {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+    return place_of(code, low, min(low + step - 1u, end));
 }
 
 /// Whether a region has a part in the cell, so many levels above the region's, that holds the cell `place`.
