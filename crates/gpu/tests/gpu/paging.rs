@@ -73,7 +73,7 @@ probe!(PAGES = "page_probe", 3);
 #[test]
 fn pages_are_asked_for_held_and_counted() {
     const NONE: u32 = u32::MAX;
-    let (count, there) = (200_u32, |page: u32| page % 3 != 0);
+    let (count, there) = (200_u32, |page: u32| !page.is_multiple_of(3));
     let row = |page: u32| {
         let asker = [NONE, 0, page, page + 7][(page / 2 % 4) as usize];
         [if there(page) { 1000 + page } else { NONE }, asker, page % 33]
