@@ -14,6 +14,7 @@ mod order;
 mod pages;
 mod pane;
 mod path;
+pub mod photon;
 mod pixel_filter;
 mod placement;
 mod primary;
