@@ -116,6 +116,12 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
     numbers::<1>(text, "a number").map(|[x]| x)
 }
 
+/// A number above 0.
+pub(crate) fn positive(text: &str) -> Result<f32, String> {
+    let number = finite(text)?;
+    if number > 0.0 { Ok(number) } else { Err("a number above 0 is expected".to_owned()) }
+}
+
 /// `90`, `90s`, `10m`, `1.5h`, `500ms`.
 pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     let expected = || "write 90s, 10m, 1.5h or 500ms".to_owned();

@@ -192,6 +192,16 @@ impl<'s> MaterialTable<'s> {
         self.rows[material as usize].material.may_be_pane()
     }
 
+    /// Whether the material may send on light in a narrow lobe somewhere.
+    #[must_use]
+    pub fn may_focus(&self, material: u32) -> bool {
+        let row = &self.rows[material as usize];
+        let m = row.material;
+        let inputs =
+            [&m.roughness, &m.metallic, &m.transmission, &m.specular, &m.clearcoat, &m.clearcoat_roughness];
+        !m.unlit && (row.bsdf.may_focus() || inputs.iter().any(|input| input.texture.is_some()))
+    }
+
     /// Whether textures of the material are in tiles.
     #[inline]
     #[must_use]

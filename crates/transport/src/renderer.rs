@@ -6,6 +6,7 @@ use crate::light::Lights;
 use crate::material::MaterialTable;
 use crate::pages::{PageWalk, PagedGeometry, PagesError};
 use crate::path::PathTracing;
+use crate::photon::PhotonMap;
 use crate::placement::Placements;
 use crate::primary::Primary;
 use crate::sample::{RenderStats, SampleSink};
@@ -25,6 +26,12 @@ thread_local! {
     /// Queues of the last tile that this thread has rendered: their memory is used again.
     static WAVE: Cell<Wave> = Cell::default();
     static STREAM: Cell<Stream> = Cell::default();
+}
+
+/// Some samples of the pixels of a tile.
+struct Part {
+    tile: Tile,
+    samples: Range<u32>,
 }
 
 /// Renders tiles of one picture. Shared by all threads; each call of [`Renderer::render_tile`] works on its own.
@@ -94,17 +101,33 @@ impl<'a> Renderer<'a> {
         samples: Range<u32>,
         sink: &mut impl SampleSink,
     ) -> Result<RenderStats, PagesError> {
-        let s = &self.settings;
+        self.render_tile_under(None, tile, samples, sink)
+    }
+
+    /// [`Renderer::render_tile`] under the light of photons.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render_tile`].
+    pub fn render_tile_under(
+        &self,
+        photons: Option<&PhotonMap>,
+        tile: Tile,
+        samples: Range<u32>,
+        sink: &mut impl SampleSink,
+    ) -> Result<RenderStats, PagesError> {
+        let (s, context) = (&self.settings, self.context(photons));
+        let part = Part { tile, samples };
         match s.integrator {
-            Integrator::Path => self.render_waves(&PathTracing { direct_only: false }, tile, samples, sink),
-            Integrator::Direct => self.render_waves(&PathTracing { direct_only: true }, tile, samples, sink),
-            Integrator::Primary => self.render_waves(&Primary, tile, samples, sink),
+            Integrator::Path => self.render_waves(&PathTracing { direct_only: false }, &context, part, sink),
+            Integrator::Direct => self.render_waves(&PathTracing { direct_only: true }, &context, part, sink),
+            Integrator::Primary => self.render_waves(&Primary, &context, part, sink),
             Integrator::Ao => {
-                self.render_waves(&AmbientOcclusion::new(self.scene, s.ao_distance), tile, samples, sink)
+                let shade = AmbientOcclusion::new(self.scene, s.ao_distance);
+                self.render_waves(&shade, &context, part, sink)
             }
             Integrator::Whitted => {
                 let mut stream = STREAM.take();
-                let stats = self.render_with(&mut stream, tile, samples, sink);
+                let stats = self.render_with(&mut stream, &context, part, sink);
                 STREAM.set(stream);
                 stats
             }
@@ -114,33 +137,28 @@ impl<'a> Renderer<'a> {
     fn render_waves<S: Shade>(
         &self,
         shade: &S,
-        tile: Tile,
-        samples: Range<u32>,
+        context: &Context<'_>,
+        part: Part,
         sink: &mut impl SampleSink,
     ) -> Result<RenderStats, PagesError> {
         let mut waves = Shaded { wave: WAVE.take(), shade };
         waves.wave.walk_through(self.walk()?);
-        let stats = self.render_with(&mut waves, tile, samples, sink);
+        let stats = self.render_with(&mut waves, context, part, sink);
         waves.wave.walk_through(None);
         WAVE.set(waves.wave);
         stats
     }
 
-    fn walk(&self) -> Result<Option<PageWalk>, PagesError> {
+    pub(crate) fn walk(&self) -> Result<Option<PageWalk>, PagesError> {
         Ok(match self.pages {
             Some(pages) => Some(PageWalk::new(&pages, self.materials)?),
             None => None,
         })
     }
 
-    fn render_with(
-        &self,
-        batches: &mut impl Batches,
-        tile: Tile,
-        samples: Range<u32>,
-        sink: &mut impl SampleSink,
-    ) -> Result<RenderStats, PagesError> {
-        let context = Context {
+    /// What every stage reads.
+    pub(crate) fn context<'c>(&'c self, photons: Option<&'c PhotonMap>) -> Context<'c> {
+        Context {
             scene: self.scene,
             tracer: self.tracer,
             materials: self.materials,
@@ -149,15 +167,25 @@ impl<'a> Renderer<'a> {
             camera: &self.camera,
             veils: &self.veils,
             placements: &self.placements,
+            photons,
             pages: self.pages,
-        };
+        }
+    }
+
+    fn render_with(
+        &self,
+        batches: &mut impl Batches,
+        context: &Context<'_>,
+        Part { tile, samples }: Part,
+        sink: &mut impl SampleSink,
+    ) -> Result<RenderStats, PagesError> {
         let mut stats = RenderStats::default();
         let starts = Starts::new(tile, samples);
         let wave_paths = self.pages.map_or(WAVE_PATHS, |pages| pages.wave_paths.max(1));
         let mut first = 0;
         while first < starts.len() {
             let last = starts.len().min(first + wave_paths);
-            let mut results = batches.run(&context, starts.runs(first..last), &mut stats)?.iter();
+            let mut results = batches.run(context, starts.runs(first..last), &mut stats)?.iter();
             for run in starts.runs(first..last) {
                 for sample in results.by_ref().take(run.samples.len()) {
                     if sample.is_finite() {

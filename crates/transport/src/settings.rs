@@ -1,5 +1,6 @@
 //! What the user asks for: integrator, size, depth, filter; and the tiles that a picture is cut into.
 
+use crate::photon::PhotonSettings;
 use crate::pixel_filter::PixelFilter;
 use vastlight_scene::Camera;
 
@@ -106,6 +107,9 @@ pub struct RenderSettings {
     pub filter: PixelFilter,
     /// How direct light is estimated.
     pub direct_sampling: DirectSampling,
+    /// Light that reaches a rough surface by mirrors and lenses comes from photons, if this is there; else from paths, which
+    /// find little of it. For [`Integrator::Path`].
+    pub caustics: Option<PhotonSettings>,
     /// Longest distance at which ambient occlusion sees, scene units; 0 means a fifth of the scene's diagonal.
     pub ao_distance: f32,
 }
@@ -125,6 +129,7 @@ impl RenderSettings {
             seed: 0,
             filter: PixelFilter::default(),
             direct_sampling: DirectSampling::default(),
+            caustics: None,
             ao_distance: 0.0,
         }
     }

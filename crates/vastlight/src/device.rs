@@ -1,12 +1,13 @@
 //! What a render computes on.
 
-use crate::{Error, RenderRequest};
+use crate::{Error, ErrorClass, RenderRequest};
 use std::sync::{Mutex, PoisonError};
 use vastlight_accel::kdtree::KdKind;
 use vastlight_gpu::page::PageStats;
 use vastlight_gpu::path::{DeviceRenderer, kernels};
 use vastlight_gpu::{AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, GpuError};
 use vastlight_trace::{Layout, TracerConfig};
+use vastlight_transport::photon::{PhotonMap, PhotonPlan};
 use vastlight_transport::{Integrator, RenderStats, Renderer, SampleSink, Tile};
 
 /// Where to render.
@@ -114,6 +115,11 @@ impl<'r> Worker<'r> {
         renderer: &'r Renderer<'r>,
         progress: &mut dyn FnMut(CompileProgress),
     ) -> Result<Self, Error> {
+        if renderer.settings().caustics.is_some() {
+            let (what, hint) =
+                ("graphics processors send no photons yet", "use --device cpu, or --gpu-fallback");
+            return Err(Error::new(ErrorClass::Device, what, "--caustics", hint));
+        }
         executor.prepare(kernels(renderer.settings().integrator), progress)?;
         let capacity = paths_in_flight(executor);
         Ok(Self::Gpu(Box::new(Mutex::new(DeviceRenderer::new(executor, renderer, capacity)?))))
@@ -136,15 +142,32 @@ impl<'r> Worker<'r> {
         }
     }
 
-    /// Renders the samples numbered `samples` of every pixel of `tile`.
+    /// Where photons begin; none where the settings want none.
+    pub(crate) fn photon_plan(&self) -> Result<Option<PhotonPlan>, Error> {
+        match self {
+            Self::Cpu(renderer) => Ok(renderer.photon_plan()?),
+            Self::Gpu(_) => Ok(None),
+        }
+    }
+
+    /// The photons of the sample of this number, by all threads.
+    pub(crate) fn photons(&self, plan: &PhotonPlan, sample: u32) -> Result<Option<(PhotonMap, u64)>, Error> {
+        match self {
+            Self::Cpu(renderer) => Ok(Some(renderer.photon_map(plan, sample)?)),
+            Self::Gpu(_) => Ok(None),
+        }
+    }
+
+    /// Renders the samples numbered `samples` of every pixel of `tile`, under the light of photons if there are any.
     pub(crate) fn render_tile(
         &self,
+        photons: Option<&PhotonMap>,
         tile: Tile,
         samples: std::ops::Range<u32>,
         sink: &mut impl SampleSink,
     ) -> Result<RenderStats, Error> {
         match self {
-            Self::Cpu(renderer) => Ok(renderer.render_tile(tile, samples, sink)?),
+            Self::Cpu(renderer) => Ok(renderer.render_tile_under(photons, tile, samples, sink)?),
             Self::Gpu(renderer) => {
                 let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
                 Ok(renderer.render_tile(tile, samples, sink)?)

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
 use vastlight_gpu::{CompileProgress, Executor};
 use vastlight_trace::{Tracer, TracerConfig};
+use vastlight_transport::photon::{PhotonMap, PhotonPlan};
 use vastlight_transport::{Lights, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile};
 
 /// What to render.
@@ -192,7 +193,7 @@ fn render_with(
     let residency = || caches.as_ref().map(|caches| Residency::new(caches, store_bytes));
     let progress = |p: &Progress| (control.progress)(&Progress { residency: residency(), ..*p });
     let watched = Control { cancel: control.cancel, progress: &progress };
-    let run = Run::new(&worker, &ids, request, &watched, deadline);
+    let run = Run::new(&worker, &ids, request, &watched, deadline)?;
     let outcome = run.all_passes(&mut film)?;
     let total = outcome.cost;
     let stats = Stats {
@@ -243,7 +244,7 @@ pub(crate) fn frame(
 ) -> Result<(RenderStats, f64), Error> {
     let mut film = Film::new(film_settings(request, Tiles::InPages));
     let worker = Worker::Cpu(renderer);
-    let outcome = Run::new(&worker, ids, request, control, None).all_passes(&mut film)?;
+    let outcome = Run::new(&worker, ids, request, control, None)?.all_passes(&mut film)?;
     Ok((outcome.cost, outcome.render_ms))
 }
 
@@ -304,6 +305,7 @@ struct Run<'r, 'w> {
     control: &'r Control<'r>,
     start: Instant,
     deadline: Option<Instant>,
+    photons: Option<PhotonPlan>,
     samples: AtomicU64,
     samples_total: u64,
 }
@@ -325,10 +327,11 @@ impl<'r, 'w> Run<'r, 'w> {
         request: &'r RenderRequest,
         control: &'r Control<'r>,
         deadline: Option<Instant>,
-    ) -> Self {
+    ) -> Result<Self, Error> {
         let samples_total = request.settings.region().pixels() * u64::from(request.spp);
         let (start, samples) = (Instant::now(), AtomicU64::new(0));
-        Self { worker, ids, request, control, start, deadline, samples, samples_total }
+        let photons = worker.photon_plan()?;
+        Ok(Self { worker, ids, request, control, start, deadline, photons, samples, samples_total })
     }
 
     fn all_passes(&self, film: &mut Film) -> Result<Outcome, Error> {
@@ -359,10 +362,29 @@ impl<'r, 'w> Run<'r, 'w> {
         Ok(outcome)
     }
 
-    /// Adds the given samples to every tile. Tiles are skipped once the render is to stop.
+    /// Adds the given samples to every tile, each under photons of its own where there are any.
     fn pass(
         &self,
         film: &mut Film,
+        samples: std::ops::Range<u32>,
+        spp: u32,
+        may_stop: bool,
+    ) -> Result<RenderStats, Error> {
+        let Some(plan) = &self.photons else { return self.tiles(film, None, samples, spp, may_stop) };
+        let mut cost = RenderStats::default();
+        for sample in samples {
+            let Some((photons, rays)) = self.worker.photons(plan, sample)? else { continue };
+            cost.rays += rays;
+            cost += self.tiles(film, Some(&photons), sample..sample + 1, spp, may_stop)?;
+        }
+        Ok(cost)
+    }
+
+    /// Adds the given samples to every tile. Tiles are skipped once the render is to stop.
+    fn tiles(
+        &self,
+        film: &mut Film,
+        photons: Option<&PhotonMap>,
         samples: std::ops::Range<u32>,
         spp: u32,
         may_stop: bool,
@@ -375,7 +397,7 @@ impl<'r, 'w> Run<'r, 'w> {
             let window = tile.window();
             let region = Tile { min: [window.x0, window.y0], max: [window.x1, window.y1] };
             let mut sink = TileSink { tile, ids: self.ids };
-            let cost = self.worker.render_tile(region, samples.clone(), &mut sink)?;
+            let cost = self.worker.render_tile(photons, region, samples.clone(), &mut sink)?;
             self.samples.fetch_add(cost.samples, Ordering::Relaxed);
             if let Ok(_one_at_a_time) = reporting.try_lock() {
                 (self.control.progress)(&self.progress(spp));

@@ -18,14 +18,11 @@ pub(crate) struct Later {
     passes: Option<String>,
     #[arg(long, hide = true)]
     denoise: bool,
-    #[arg(long, hide = true)]
-    caustics: Option<String>,
 }
 
 impl Later {
     /// Refuses what is not available yet.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let photons = self.caustics.as_deref().is_some_and(|c| c != "off");
         let given = [
             ("--frames", self.frames.is_some()),
             ("--noise", self.noise.is_some()),
@@ -33,7 +30,6 @@ impl Later {
             ("--resume", self.resume),
             ("--passes", self.passes.is_some()),
             ("--denoise", self.denoise),
-            ("--caustics", photons),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((flag, _)) => Err(Error::usage("this option is not available yet", *flag, "leave it out")),

@@ -16,6 +16,7 @@ use vastlight::film::{Aov, BitDepth, PngOptions, ToneCurve};
 use vastlight::math::Vec3;
 use vastlight::scene::{Camera, Scene};
 use vastlight::trace::TracerConfig;
+use vastlight::transport::photon::PhotonSettings;
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
     CameraChoice, Control, Device, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, PackControl,
@@ -57,6 +58,15 @@ pub(crate) struct PictureArguments {
     /// How light is computed
     #[arg(long, value_name = "NAME", default_value = "path")]
     pub(crate) integrator: IntegratorName,
+    /// Light that mirrors and lenses focus on other surfaces: found by paths alone, or brought by photons
+    #[arg(long, value_name = "off|photons", default_value = "off")]
+    caustics: Caustics,
+    /// Photons that are sent for each sample of the picture
+    #[arg(long, value_name = "N", default_value_t = PhotonSettings::default().photons, value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    photons: u32,
+    /// Radius of the first pass' photons, as a part of the scene's longest edge [default: by their density]
+    #[arg(long, value_name = "PART", value_parser = values::positive)]
+    photon_radius: Option<f32>,
     /// End paths at the depth limit alone
     #[arg(long)]
     no_russian_roulette: bool,
@@ -116,6 +126,15 @@ struct OutputArguments {
     strict: bool,
 }
 
+/// Where caustics come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Caustics {
+    /// Paths find what they find
+    Off,
+    /// Photons
+    Photons,
+}
+
 /// Integrators by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum IntegratorName {
@@ -160,11 +179,26 @@ impl PictureArguments {
         Ok(RenderRequest { time_limit, aovs, tracer, ..RenderRequest::new(settings, self.spp) })
     }
 
+    /// How photons are sent, if they are.
+    fn photon_settings(&self, integrator: Integrator) -> Result<Option<PhotonSettings>, Error> {
+        let settings =
+            PhotonSettings { photons: self.photons, radius: self.photon_radius, ..PhotonSettings::default() };
+        match (self.caustics, integrator) {
+            (Caustics::Off, _) => Ok(None),
+            (Caustics::Photons, Integrator::Path) => Ok(Some(settings)),
+            (Caustics::Photons, _) => {
+                Err(Error::usage("photons go with path alone", "--caustics", "use --integrator path"))
+            }
+        }
+    }
+
     fn settings(&self, camera: Camera) -> Result<RenderSettings, Error> {
+        let integrator = self.integrator.integrator()?;
         let (width, height) = self.resolution.unwrap_or_default().size(camera.aspect);
         let settings = RenderSettings {
             crop: self.crop,
-            integrator: self.integrator.integrator()?,
+            integrator,
+            caustics: self.photon_settings(integrator)?,
             max_depth: self.max_depth,
             russian_roulette: !self.no_russian_roulette,
             seed: self.seed,

@@ -32,6 +32,10 @@ impl Coat {
         self.ggx.is_delta()
     }
 
+    pub(crate) fn is_narrow(&self) -> bool {
+        self.ggx.is_narrow()
+    }
+
     /// Share of the light of this direction that the coat reflects.
     pub(crate) fn reflected(&self, w: Vec3) -> f32 {
         let cos = w.dot(self.normal).abs();

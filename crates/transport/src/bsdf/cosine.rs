@@ -104,6 +104,11 @@ impl Cosine {
         cosine
     }
 
+    /// Whether there is diffuse light under the interface.
+    pub(crate) fn is_diffuse(&self) -> bool {
+        self.sides.iter().any(|side| side.diffuse != Vec3::ZERO)
+    }
+
     fn couple_diffuse(&mut self, diffuse: Vec3, two_sided: bool) {
         self.any |= diffuse != Vec3::ZERO;
         self.sides[0].diffuse = diffuse;

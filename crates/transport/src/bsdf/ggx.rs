@@ -9,6 +9,9 @@ use vastlight_math::{Vec2, Vec3, real};
 /// Below this width the lobe is treated as a mirror: f32 could not resolve it.
 const SMALLEST_ALPHA: f32 = 1e-3;
 
+/// Up to this width a lobe focuses light: what goes on in it is followed from the light's side where photons are wanted.
+const NARROW_ALPHA: f32 = 0.1;
+
 /// Widths of the distribution of microfacet slopes along x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ggx {
@@ -27,6 +30,11 @@ impl Ggx {
     /// Whether both widths are so small that the surface is a mirror.
     pub(crate) fn is_delta(&self) -> bool {
         self.ax <= SMALLEST_ALPHA && self.ay <= SMALLEST_ALPHA
+    }
+
+    /// Whether light leaves so close to the mirror direction that it forms caustics.
+    pub(crate) fn is_narrow(&self) -> bool {
+        self.ax <= NARROW_ALPHA && self.ay <= NARROW_ALPHA
     }
 
     /// Whether both widths are equal.

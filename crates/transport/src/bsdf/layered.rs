@@ -280,6 +280,19 @@ impl Layered {
             || self.coat.is_some_and(|c| !c.is_delta())
     }
 
+    /// Whether nothing leaves but in narrow lobes.
+    pub(crate) fn focuses(&self) -> bool {
+        !self.cosine.is_diffuse()
+            && self.sheen.is_none()
+            && self.interface.ggx.is_narrow()
+            && self.coat.is_none_or(|coat| coat.is_narrow())
+    }
+
+    /// Whether some light leaves like from a mirror.
+    pub(crate) fn has_delta(&self) -> bool {
+        self.interface.ggx.is_delta() || self.coat.is_some_and(|coat| coat.is_delta())
+    }
+
     pub(crate) fn transmits(&self) -> bool {
         self.interface.transmits() && !self.interface.ggx.is_delta()
     }

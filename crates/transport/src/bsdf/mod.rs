@@ -261,6 +261,25 @@ impl Bsdf {
         }
     }
 
+    /// Whether nothing leaves but in narrow lobes: a mirror, glass, metal that is hardly rough. Photons end elsewhere.
+    #[inline]
+    #[must_use]
+    pub fn focuses(&self) -> bool {
+        match &self.kind {
+            Kind::Lambert(_) => false,
+            Kind::Layered(layered) => layered.focuses(),
+        }
+    }
+
+    /// Whether light that arrives may leave in a narrow lobe.
+    #[must_use]
+    pub fn may_focus(&self) -> bool {
+        match &self.kind {
+            Kind::Lambert(_) => false,
+            Kind::Layered(layered) => layered.focuses() || layered.has_delta(),
+        }
+    }
+
     /// Whether a lobe of finite width leads through the surface, so that lights behind it are worth sampling.
     #[inline]
     #[must_use]

@@ -9,6 +9,7 @@ use crate::bsdf::{Bsdf, BsdfDraw, BsdfSample};
 use crate::light::{LightAnswers, LightQueries, LightSample};
 use crate::material::Evaluated;
 use crate::medium::transmittance;
+use crate::photon::{gather, receives};
 use crate::vertex::Vertex;
 use crate::wavefront::{Context, PathState, Shade, Stage};
 use random::VertexRandom;
@@ -21,7 +22,7 @@ use vastlight_trace::Hit;
 const ROULETTE_DEPTH: u32 = 4;
 
 /// Panes that a path passes without counting; the rest count as segments, so that no path is endless.
-const MAX_PANES: u32 = 32;
+pub(crate) const MAX_PANES: u32 = 32;
 
 /// Roulette lets a path live with at most this probability, so that no path is endless.
 const ROULETTE_MAX: f32 = 0.95;
@@ -53,6 +54,8 @@ struct Arrival<'a> {
     bsdf: &'a Bsdf,
     /// The normal that light sampling is told.
     light_normal: Vec3,
+    /// Whether a light is chosen for it.
+    lit: bool,
     /// Whether the path goes on through panes at most.
     ends: bool,
 }
@@ -72,7 +75,7 @@ impl PathTracing {
         let (mut samplers, mut count) = (SamplerLanes::ZERO, 0);
         for (i, own) in (first..met.len()).zip(&mut own) {
             stage.fetch_ahead(level, met, i);
-            arrivals[count] = self.arrive(stage, met[i] as usize, own);
+            arrivals[count] = self.arrive(level, stage, met[i] as usize, own);
             if let Some(arrival) = &arrivals[count] {
                 samplers.set(count, &stage.paths[arrival.slot as usize].sampler);
                 count += 1;
@@ -92,7 +95,13 @@ impl PathTracing {
 
     /// Brings a path to the surface that its ray met, and adds what shines there; none if the path ends.
     #[inline(always)]
-    fn arrive<'a, 'w: 'a>(&self, stage: &mut Stage<'w>, i: usize, own: &'a mut Own) -> Option<Arrival<'a>> {
+    fn arrive<'a, 'w: 'a, L: Simd8>(
+        &self,
+        level: L,
+        stage: &mut Stage<'w>,
+        i: usize,
+        own: &'a mut Own,
+    ) -> Option<Arrival<'a>> {
         let (context, ray, hit, slot) = (stage.context, &stage.rays[i], &stage.hits[i], stage.slots[i]);
         let (path, sample) = (&mut stage.paths[slot as usize], &mut stage.samples[slot as usize]);
         let page = stage.pages.map(|pages| pages.at(i));
@@ -106,15 +115,23 @@ impl PathTracing {
         if length > context.settings.max_depth {
             return None;
         }
-        let emission = vertex.emission(context);
+        let emission = if is_for_photons(context, path) { Vec3::ZERO } else { vertex.emission(context) };
         if emission != Vec3::ZERO {
             let seen = seen_from(path, context, &vertex, hit);
             sample.radiance += path.throughput * emission * seen;
         }
         // At its end a path may still be on its way through panes, to the light that shadow rays see through them.
         let ends = length >= context.settings.max_depth || (self.direct_only && path.scattered);
+        if let Some(photons) = context.photons
+            && receives(bsdf)
+        {
+            sample.radiance +=
+                path.throughput * gather(level, photons, &vertex, bsdf, context.settings.max_depth - length);
+        }
         let light_normal = if bsdf.transmits() { Vec3::ZERO } else { vertex.facing_normal() };
-        (!ends || bsdf.is_pane()).then_some(Arrival { ray: i, slot, vertex, bsdf, light_normal, ends })
+        let lit =
+            bsdf.has_nondelta() && !ends && !(context.photons.is_some() && path.received && bsdf.focuses());
+        (!ends || bsdf.is_pane()).then_some(Arrival { ray: i, slot, vertex, bsdf, light_normal, lit, ends })
     }
 }
 
@@ -129,7 +146,8 @@ fn segments(path: &PathState, depth: u32) -> u32 {
 fn leave(stage: &mut Stage<'_>, i: usize) {
     let slot = stage.slots[i] as usize;
     let path = &stage.paths[slot];
-    if segments(path, stage.depth) <= stage.context.settings.max_depth {
+    if segments(path, stage.depth) <= stage.context.settings.max_depth && !is_for_photons(stage.context, path)
+    {
         stage.samples[slot].radiance += background(stage.context, path, stage.rays[i].direction);
     }
 }
@@ -150,7 +168,7 @@ fn sample_lights(
     };
     for (lane, arrival) in arrivals.iter().enumerate() {
         if let Some(arrival) = arrival {
-            queries.wanted[lane] = arrival.bsdf.has_nondelta() && !arrival.ends;
+            queries.wanted[lane] = arrival.lit;
             queries.from.set(lane, arrival.vertex.surface.position);
             queries.normal.set(lane, arrival.light_normal);
         }
@@ -195,6 +213,12 @@ fn scatter(
     stage.go_on(arrival.slot, Ray { time, ..next });
 }
 
+/// Whether photons bring the light that the path would meet now.
+#[inline(always)]
+fn is_for_photons(context: &Context<'_>, path: &PathState) -> bool {
+    context.photons.is_some() && path.focused
+}
+
 /// Radiance from infinity, weighted against light sampling.
 #[inline(always)]
 fn background(context: &Context<'_>, path: &PathState, direction: Vec3) -> Vec3 {
@@ -225,7 +249,12 @@ fn seen_from(path: &PathState, context: &Context<'_>, vertex: &Vertex<'_>, hit: 
 /// Absorption on the way to `vertex`: by the volume around the path, or, when the camera stood in a volume, by the
 /// one that the path is about to leave.
 #[inline(always)]
-fn absorption(context: &Context<'_>, vertex: &Vertex<'_>, path: &PathState, distance: f32) -> Vec3 {
+pub(crate) fn absorption(
+    context: &Context<'_>,
+    vertex: &Vertex<'_>,
+    path: &PathState,
+    distance: f32,
+) -> Vec3 {
     match path.media.current() {
         Some(material) => transmittance(context.materials.attenuation(material), distance),
         None if !vertex.outside && vertex.bounds_volume() => {
@@ -262,7 +291,7 @@ fn connect(
 /// Draws the next direction and moves the path's state over the surface. True if the path goes straight through a
 /// pane: it then keeps the density of its last scattering, as shadow rays through the pane expect.
 #[inline(always)]
-fn continue_path(
+pub(crate) fn continue_path(
     vertex: &Vertex<'_>,
     bsdf: &Bsdf,
     path: &mut PathState,
@@ -279,6 +308,7 @@ fn continue_path(
     path.eta_squared *= next.radiance_scale;
     let straight = next.delta && next.transmitted && bsdf.is_pane();
     if !straight {
+        path.leaves(next.delta || bsdf.focuses());
         path.pdf = if next.delta { 0.0 } else { next.pdf };
         path.cone = path.cone.scattered(path.pdf);
     }

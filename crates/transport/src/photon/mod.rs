@@ -3,6 +3,26 @@
 //! D. Bogolepov, D. Sopin, V. Turlapov 2010, "Simulation of caustics in real time" (photons in a structure of voxels, all within
 //! a radius gathered), made physical and progressive; see docs/algorithms/caustics.md.
 
+pub mod bench;
+mod cells;
+mod direction;
+mod flight;
+mod gather;
+mod guide;
+mod kernel;
+mod map;
+mod pass;
+mod plan;
+mod search;
+mod seen;
+
+pub(crate) use flight::receives;
+pub(crate) use gather::gather;
+pub use kernel::Kernel;
+pub use map::{Near, PhotonMap};
+pub use plan::PhotonPlan;
+pub use search::SearchKind;
+
 use vastlight_math::Vec3;
 
 /// Light that arrived at a surface after mirrors and lenses.
@@ -18,4 +38,31 @@ pub struct Photon {
     pub normal: Vec3,
     /// Segments of its way from the light.
     pub segments: u32,
+}
+
+impl Photon {
+    /// Whether its place and its power are numbers.
+    #[inline]
+    fn is_finite(&self) -> bool {
+        self.position.is_finite() && self.flux.is_finite()
+    }
+}
+
+/// How photons are sent and gathered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhotonSettings {
+    /// How many are sent in each pass.
+    pub photons: u32,
+    /// The radius of the first pass, as a part of the scene's longest edge; none for one by the photons' density.
+    pub radius: Option<f32>,
+    /// How photons are found.
+    pub search: SearchKind,
+    /// How they count by distance.
+    pub weight: Kernel,
+}
+
+impl Default for PhotonSettings {
+    fn default() -> Self {
+        Self { photons: 1 << 17, radius: None, search: SearchKind::default(), weight: Kernel::default() }
+    }
 }

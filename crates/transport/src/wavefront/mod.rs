@@ -5,19 +5,21 @@
 //! its neighbours in the wave.
 
 mod ahead;
+mod front;
 mod queues;
 mod stage;
 mod starts;
 
+pub(crate) use front::Front;
 pub(crate) use queues::{PathState, ShadowQueue};
 pub(crate) use stage::{Shade, ShadeInput, Stage};
 pub(crate) use starts::{Run, Starts};
 
-use crate::alpha::AlphaFilter;
 use crate::camera::CameraRays;
 use crate::light::Lights;
 use crate::material::MaterialTable;
 use crate::pages::{PageWalk, PagedGeometry};
+use crate::photon::PhotonMap;
 use crate::placement::Placements;
 use crate::sample::{RenderStats, Sample};
 use crate::settings::RenderSettings;
@@ -26,8 +28,7 @@ use vastlight_math::Ray;
 use vastlight_paging::PageError;
 use vastlight_scene::Scene;
 use vastlight_simd::{Kernel, Simd8};
-use vastlight_trace::paged::PagedFilter;
-use vastlight_trace::{AcceptAll, Hit, Tracer};
+use vastlight_trace::Tracer;
 
 /// What every stage reads.
 #[derive(Debug)]
@@ -41,6 +42,8 @@ pub(crate) struct Context<'a> {
     pub(crate) veils: &'a VeilIndex,
     /// By instance.
     pub(crate) placements: &'a Placements,
+    /// Light that mirrors and lenses bring, if paths leave that to photons.
+    pub(crate) photons: Option<&'a PhotonMap>,
     /// Where the meshes are, if not in memory.
     pub(crate) pages: Option<PagedGeometry<'a>>,
 }
@@ -68,18 +71,12 @@ pub(crate) struct Wave {
     /// By slot, for as long as the wave lasts.
     paths: Vec<PathState>,
     samples: Vec<Sample>,
-    /// The rays to trace, the slots that they belong to, and what they met.
-    rays: Vec<Ray>,
-    slots: Vec<u32>,
-    hits: Vec<Hit>,
+    front: Front,
     /// The rays of the next stage and their slots.
     next_rays: Vec<Ray>,
     next_slots: Vec<u32>,
-    keys: Vec<u32>,
     met: Vec<u32>,
     shadows: ShadowQueue,
-    /// Where meshes are not in memory.
-    walk: Option<PageWalk>,
 }
 
 /// Waves with the shading of an integrator.
@@ -101,15 +98,15 @@ impl<S: Shade> Batches for Shaded<'_, S> {
         wave.clear();
         context.tracer.level().dispatch(Generating { wave, context, runs });
         let mut depth = 1;
-        while !wave.rays.is_empty() {
-            stats.rays += wave.rays.len() as u64;
-            wave.trace(context, depth)?;
+        while !wave.front.rays.is_empty() {
+            stats.rays += wave.front.rays.len() as u64;
+            wave.front.trace(context, &wave.paths, depth)?;
             context.tracer.level().dispatch(Shading { wave, context, shade: *shade, depth });
             stats.shadow_rays += wave.shadows.len() as u64;
-            wave.shadows.trace(context, wave.walk.as_mut(), &mut wave.samples)?;
+            wave.shadows.trace(context, wave.front.walk.as_mut(), &mut wave.samples)?;
             depth += 1;
         }
-        if let Some(walk) = &mut wave.walk {
+        if let Some(walk) = &mut wave.front.walk {
             stats.tile_ns += walk.take_tile_time().as_nanos() as u64;
         }
         Ok(&wave.samples)
@@ -120,8 +117,7 @@ impl Wave {
     fn clear(&mut self) {
         self.paths.clear();
         self.samples.clear();
-        self.rays.clear();
-        self.slots.clear();
+        self.front.clear();
     }
 
     /// Starts a path for each sample of one pixel.
@@ -130,8 +126,7 @@ impl Wave {
         let (pixel, cone) = (run.pixel, context.camera.cone());
         for (sampler, key) in run.starts(context.settings.seed) {
             let slot = self.paths.len() as u32;
-            self.rays.push(context.camera.ray(pixel, context.camera.draw(sampler)));
-            self.slots.push(slot);
+            self.front.push(slot, context.camera.ray(pixel, context.camera.draw(sampler)));
             self.paths.push(PathState::new(slot, sampler, key, cone));
             self.samples.push(Sample::MISS);
         }
@@ -139,28 +134,7 @@ impl Wave {
 
     /// Goes through pages from now on, or through meshes in memory.
     pub(crate) fn walk_through(&mut self, walk: Option<PageWalk>) {
-        self.walk = walk;
-    }
-
-    fn trace(&mut self, context: &Context<'_>, depth: u32) -> Result<(), PageError> {
-        self.hits.clear();
-        self.hits.resize(self.rays.len(), Hit::MISS);
-        self.keys.clear();
-        let has_alpha = context.veils.any().alpha;
-        if has_alpha {
-            self.keys.extend(self.slots.iter().map(|&slot| self.paths[slot as usize].alpha_key(depth)));
-        }
-        let filter = AlphaFilter { context, keys: &self.keys };
-        match &mut self.walk {
-            Some(walk) => {
-                let filter = has_alpha.then_some(&filter as &dyn PagedFilter);
-                let cone_of = |i: usize| self.paths[self.slots[i] as usize].cone;
-                return walk.closest(context, (&self.rays, cone_of), filter, &mut self.hits);
-            }
-            None if has_alpha => context.tracer.closest(&self.rays, &filter, &mut self.hits),
-            None => context.tracer.closest(&self.rays, &AcceptAll, &mut self.hits),
-        }
-        Ok(())
+        self.front.walk = walk;
     }
 
     /// Shades all hits and collects the rays of the paths that go on.
@@ -172,10 +146,10 @@ impl Wave {
         let mut stage = Stage {
             context,
             depth,
-            rays: &self.rays,
-            hits: &self.hits,
-            pages: self.walk.as_ref().map(PageWalk::hits),
-            slots: &self.slots,
+            rays: &self.front.rays,
+            hits: &self.front.hits,
+            pages: self.front.page_hits(),
+            slots: &self.front.slots,
             paths: &mut self.paths,
             samples: &mut self.samples,
             shadows: &mut self.shadows,
@@ -184,8 +158,8 @@ impl Wave {
             met: &mut self.met,
         };
         shade.shade(level, &mut stage);
-        std::mem::swap(&mut self.rays, &mut self.next_rays);
-        std::mem::swap(&mut self.slots, &mut self.next_slots);
+        std::mem::swap(&mut self.front.rays, &mut self.next_rays);
+        std::mem::swap(&mut self.front.slots, &mut self.next_slots);
     }
 }
 

@@ -45,6 +45,10 @@ pub(crate) struct PathState {
     pub(crate) cone: Cone,
     /// Whether the path has scattered at a surface that is not perfectly specular.
     pub(crate) scattered: bool,
+    /// Whether the path has left a surface that receives photons, and gone on in a narrow lobe since: the light that it meets
+    /// now is theirs, where there are any.
+    pub(crate) received: bool,
+    pub(crate) focused: bool,
     /// Whether the path has been bent by a dispersive medium, and carries one wavelength since.
     pub(crate) dispersed: bool,
 }
@@ -65,8 +69,17 @@ impl PathState {
             panes: 0,
             cone,
             scattered: false,
+            received: false,
+            focused: false,
             dispersed: false,
         }
+    }
+
+    /// Remembers that the path goes on from a surface, in one of its narrow lobes or not.
+    #[inline(always)]
+    pub(crate) fn leaves(&mut self, narrow: bool) {
+        self.focused = narrow && self.received;
+        self.received |= !narrow;
     }
 
     /// The key of alpha decisions of this path's segment number `depth`.
@@ -111,7 +124,8 @@ impl ShadowQueue {
         self.keys.push(key);
     }
 
-    pub(super) fn trace(
+    /// Traces all rays: adds what free ones carry to `samples`.
+    pub(crate) fn trace(
         &mut self,
         context: &Context<'_>,
         walk: Option<&mut PageWalk>,

@@ -1,0 +1,70 @@
+//! A pass of photons: many sent together, and made a map.
+
+use super::flight::{Departure, Flight, Landed};
+use super::plan::PhotonPlan;
+use super::seen::Seen;
+use super::{Photon, PhotonMap, cells};
+use crate::pages::PagesError;
+use crate::renderer::Renderer;
+use crate::wavefront::Wave;
+use rayon::prelude::*;
+use std::cell::Cell;
+
+/// Chords that fly together.
+const TOGETHER: u32 = 2048;
+
+thread_local! {
+    static FLIGHT: Cell<Flight> = Cell::default();
+}
+
+impl Renderer<'_> {
+    /// Decides where photons begin and how far they are gathered; none where the settings want no photons.
+    ///
+    /// # Errors
+    /// A page of a scene in pages cannot be had.
+    pub fn photon_plan(&self) -> Result<Option<PhotonPlan>, PagesError> {
+        let Some(settings) = &self.settings().caustics else { return Ok(None) };
+        let cells = cells::cells(self.scene, self.materials);
+        let mut wave = Wave::default();
+        wave.walk_through(self.walk()?);
+        let seen = Seen::new(&self.context(None), wave)?;
+        let size = self.scene.bounds().size().max_element();
+        PhotonPlan::new(cells, &seen, settings, size, |departure| Ok(self.fly(departure)?.0)).map(Some)
+    }
+
+    /// The photons of the pass of this number, and how many rays they took. They depend on scene, settings and number alone.
+    ///
+    /// # Errors
+    /// A page of a scene in pages cannot be had.
+    pub fn photon_map(&self, plan: &PhotonPlan, pass: u32) -> Result<(PhotonMap, u64), PagesError> {
+        let settings = &plan.settings;
+        let (landed, rays) = self.fly(&Departure { guide: &plan.guide, pass, chords: settings.photons })?;
+        let photons: Vec<Photon> = landed.iter().map(|landed| landed.photon).collect();
+        Ok((PhotonMap::new(&photons, settings.search, plan.radius(pass), settings.weight), rays))
+    }
+
+    /// All photons of a pass, in the order of their chords.
+    fn fly(&self, departure: &Departure<'_>) -> Result<(Vec<Landed>, u64), PagesError> {
+        if departure.guide.len() == 0 {
+            return Ok((Vec::new(), 0));
+        }
+        let context = self.context(None);
+        let starts: Vec<u32> = (0..departure.chords).step_by(TOGETHER as usize).collect();
+        let parts: Result<Vec<(Vec<Landed>, u64)>, PagesError> = starts
+            .par_iter()
+            .map(|&start| {
+                let mut flight = FLIGHT.take();
+                flight.front.walk = self.walk()?;
+                let end = departure.chords.min(start + TOGETHER);
+                let result = flight.run(&context, departure, start..end);
+                let result = result.map(|(landed, rays)| (landed.to_vec(), rays));
+                flight.front.walk = None;
+                FLIGHT.set(flight);
+                Ok(result?)
+            })
+            .collect();
+        let parts = parts?;
+        let rays = parts.iter().map(|(_, rays)| rays).sum();
+        Ok((parts.into_iter().flat_map(|(landed, _)| landed).collect(), rays))
+    }
+}
