@@ -6,7 +6,7 @@ use crate::light::Lights;
 use crate::material::MaterialTable;
 use crate::pages::{PageWalk, PagedGeometry, PagesError};
 use crate::path::PathTracing;
-use crate::photon::PhotonMap;
+use crate::photon::PhotonMaps;
 use crate::placement::Placements;
 use crate::primary::Primary;
 use crate::sample::{RenderStats, SampleSink};
@@ -110,7 +110,7 @@ impl<'a> Renderer<'a> {
     /// Those of [`Renderer::render_tile`].
     pub fn render_tile_under(
         &self,
-        photons: Option<&PhotonMap>,
+        photons: Option<&PhotonMaps>,
         tile: Tile,
         samples: Range<u32>,
         sink: &mut impl SampleSink,
@@ -157,7 +157,7 @@ impl<'a> Renderer<'a> {
     }
 
     /// What every stage reads.
-    pub(crate) fn context<'c>(&'c self, photons: Option<&'c PhotonMap>) -> Context<'c> {
+    pub(crate) fn context<'c>(&'c self, photons: Option<&'c PhotonMaps>) -> Context<'c> {
         Context {
             scene: self.scene,
             tracer: self.tracer,

@@ -7,7 +7,7 @@ use vastlight_gpu::page::PageStats;
 use vastlight_gpu::path::{DeviceRenderer, kernels};
 use vastlight_gpu::{AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, GpuError};
 use vastlight_trace::{Layout, TracerConfig};
-use vastlight_transport::photon::{PhotonMap, PhotonPlan};
+use vastlight_transport::photon::{PhotonMaps, PhotonPlan};
 use vastlight_transport::{Integrator, RenderStats, Renderer, SampleSink, Tile};
 
 /// Where to render.
@@ -151,7 +151,7 @@ impl<'r> Worker<'r> {
     }
 
     /// The photons of the sample of this number, by all threads.
-    pub(crate) fn photons(&self, plan: &PhotonPlan, sample: u32) -> Result<Option<(PhotonMap, u64)>, Error> {
+    pub(crate) fn photons(&self, plan: &PhotonPlan, sample: u32) -> Result<Option<(PhotonMaps, u64)>, Error> {
         match self {
             Self::Cpu(renderer) => Ok(Some(renderer.photon_map(plan, sample)?)),
             Self::Gpu(_) => Ok(None),
@@ -161,7 +161,7 @@ impl<'r> Worker<'r> {
     /// Renders the samples numbered `samples` of every pixel of `tile`, under the light of photons if there are any.
     pub(crate) fn render_tile(
         &self,
-        photons: Option<&PhotonMap>,
+        photons: Option<&PhotonMaps>,
         tile: Tile,
         samples: std::ops::Range<u32>,
         sink: &mut impl SampleSink,

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
 use vastlight_gpu::{CompileProgress, Executor};
 use vastlight_trace::{Tracer, TracerConfig};
-use vastlight_transport::photon::{PhotonMap, PhotonPlan};
+use vastlight_transport::photon::{PhotonMaps, PhotonPlan};
 use vastlight_transport::{Lights, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile};
 
 /// What to render.
@@ -384,7 +384,7 @@ impl<'r, 'w> Run<'r, 'w> {
     fn tiles(
         &self,
         film: &mut Film,
-        photons: Option<&PhotonMap>,
+        photons: Option<&PhotonMaps>,
         samples: std::ops::Range<u32>,
         spp: u32,
         may_stop: bool,

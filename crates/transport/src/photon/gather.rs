@@ -1,6 +1,6 @@
 //! The light of photons at a vertex of a path.
 
-use super::map::{Near, PhotonMap};
+use super::{Near, PhotonMaps};
 use crate::bsdf::Bsdf;
 use crate::vertex::Vertex;
 use vastlight_math::Vec3;
@@ -13,14 +13,14 @@ const SAME_SURFACE: f32 = 0.7;
 #[inline(always)]
 pub(crate) fn gather<L: Simd8>(
     level: L,
-    photons: &PhotonMap,
+    photons: &PhotonMaps,
     vertex: &Vertex<'_>,
     bsdf: &Bsdf,
     most_segments: u32,
 ) -> Vec3 {
     let wo = vertex.frame.to_local(vertex.wo);
     let mut radiance = Vec3::ZERO;
-    photons.near(level, vertex.surface.position, |near: Near| {
+    let mut add = |near: Near| {
         if near.segments > most_segments || near.normal.dot(vertex.surface.normal).abs() < SAME_SURFACE {
             return;
         }
@@ -30,6 +30,7 @@ pub(crate) fn gather<L: Simd8>(
             // The value has the cosine that the power over an area has already.
             radiance += bsdf.eval(wo, wi) * near.flux * (near.weight / cos);
         }
-    });
+    };
+    photons.maps().iter().for_each(|map| map.near(level, vertex.surface.position, &mut add));
     radiance
 }

@@ -5,6 +5,7 @@
 
 pub mod bench;
 mod cells;
+mod density;
 mod direction;
 mod flight;
 mod gather;
@@ -48,12 +49,24 @@ impl Photon {
     }
 }
 
+/// The photons of a pass, a map for each radius.
+#[derive(Debug)]
+pub struct PhotonMaps(Vec<PhotonMap>);
+
+impl PhotonMaps {
+    /// The maps, from the widest radius on.
+    #[must_use]
+    pub fn maps(&self) -> &[PhotonMap] {
+        &self.0
+    }
+}
+
 /// How photons are sent and gathered.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhotonSettings {
     /// How many are sent in each pass.
     pub photons: u32,
-    /// The radius of the first pass, as a part of the scene's longest edge; none for one by the photons' density.
+    /// The one radius of the first pass, as a part of the scene's longest edge; none for radii by the photons' density.
     pub radius: Option<f32>,
     /// How photons are found.
     pub search: SearchKind,

@@ -3,7 +3,7 @@
 use super::flight::{Departure, Flight, Landed};
 use super::plan::PhotonPlan;
 use super::seen::Seen;
-use super::{Photon, PhotonMap, cells};
+use super::{Photon, PhotonMap, PhotonMaps, cells};
 use crate::pages::PagesError;
 use crate::renderer::Renderer;
 use crate::wavefront::Wave;
@@ -36,11 +36,21 @@ impl Renderer<'_> {
     ///
     /// # Errors
     /// A page of a scene in pages cannot be had.
-    pub fn photon_map(&self, plan: &PhotonPlan, pass: u32) -> Result<(PhotonMap, u64), PagesError> {
+    pub fn photon_map(&self, plan: &PhotonPlan, pass: u32) -> Result<(PhotonMaps, u64), PagesError> {
         let settings = &plan.settings;
         let (landed, rays) = self.fly(&Departure { guide: &plan.guide, pass, chords: settings.photons })?;
-        let photons: Vec<Photon> = landed.iter().map(|landed| landed.photon).collect();
-        Ok((PhotonMap::new(&photons, settings.search, plan.radius(pass), settings.weight), rays))
+        let levels: Vec<usize> =
+            landed.par_iter().map(|landed| plan.density.level(landed.photon.position)).collect();
+        let mut photons = vec![Vec::new(); plan.density.levels()];
+        for (landed, level) in landed.iter().zip(levels) {
+            photons[level].push(landed.photon);
+        }
+        let shrunk = PhotonPlan::shrunk(pass);
+        let map = |(level, photons): (usize, &Vec<Photon>)| {
+            PhotonMap::new(photons, settings.search, plan.density.radius(level) * shrunk, settings.weight)
+        };
+        let maps = photons.iter().enumerate().filter(|(_, photons)| !photons.is_empty()).map(map);
+        Ok((PhotonMaps(maps.collect()), rays))
     }
 
     /// All photons of a pass, in the order of their chords.

@@ -19,7 +19,7 @@ use crate::camera::CameraRays;
 use crate::light::Lights;
 use crate::material::MaterialTable;
 use crate::pages::{PageWalk, PagedGeometry};
-use crate::photon::PhotonMap;
+use crate::photon::PhotonMaps;
 use crate::placement::Placements;
 use crate::sample::{RenderStats, Sample};
 use crate::settings::RenderSettings;
@@ -43,7 +43,7 @@ pub(crate) struct Context<'a> {
     /// By instance.
     pub(crate) placements: &'a Placements,
     /// Light that mirrors and lenses bring, if paths leave that to photons.
-    pub(crate) photons: Option<&'a PhotonMap>,
+    pub(crate) photons: Option<&'a PhotonMaps>,
     /// Where the meshes are, if not in memory.
     pub(crate) pages: Option<PagedGeometry<'a>>,
 }
