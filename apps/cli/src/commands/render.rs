@@ -61,10 +61,10 @@ pub(crate) struct PictureArguments {
     /// Light that mirrors and lenses focus on other surfaces: found by paths alone, or brought by photons
     #[arg(long, value_name = "off|photons", default_value = "off")]
     caustics: Caustics,
-    /// Photons that are sent for each sample of the picture
-    #[arg(long, value_name = "N", default_value_t = PhotonSettings::default().photons, value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
-    photons: u32,
-    /// Radius of the first pass' photons, as a part of the scene's longest edge [default: by their density]
+    /// Photons that are sent for each sample of the picture [default: a quarter of its pixels, 65536 to 1048576]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
+    photons: Option<u32>,
+    /// One radius for the first photons, as a part of the scene's longest edge [default: radii by their density]
     #[arg(long, value_name = "PART", value_parser = values::positive)]
     photon_radius: Option<f32>,
     /// End paths at the depth limit alone

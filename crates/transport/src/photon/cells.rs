@@ -10,7 +10,7 @@ use vastlight_math::{Aabb, Vec3};
 use vastlight_scene::{Mesh, Scene};
 
 /// Boxes at most.
-const MOST: usize = 1024;
+const MOST: usize = 256;
 
 /// Part of its longest edge that a box is wider on each side, so that flat ones have an inside.
 const MARGIN: f32 = 1e-3;

@@ -5,6 +5,7 @@
 //! photon's is a function of its place alone, by the counts of a trial pass.
 
 use super::flight::Landed;
+use super::seen::Seen;
 use std::collections::HashMap;
 use vastlight_math::Vec3;
 
@@ -27,11 +28,13 @@ impl Density {
         Self { levels: vec![HashMap::new()], widest: radius, wanted: 0 }
     }
 
-    /// Counts where photons of a trial landed; no radius is wider than `widest`.
-    pub(crate) fn new(landed: &[Landed], widest: f32, wanted: u32) -> Self {
+    /// Counts where photons of a trial landed. No radius is wider than `widest`, nor narrower than what the picture shows.
+    pub(crate) fn new(landed: &[Landed], seen: &Seen, widest: f32, wanted: u32) -> Self {
         let mut density = Self { levels: vec![HashMap::new(); LEVELS], widest, wanted };
         for Landed { photon, .. } in landed {
-            for level in 0..LEVELS {
+            let width = seen.width(photon.position);
+            let wide_enough = (0..LEVELS).take_while(|&level| density.radius(level) >= width).count();
+            for level in 0..wide_enough {
                 let cube = density.cube(level, photon.position);
                 *density.levels[level].entry(cube).or_default() += 1;
             }

@@ -16,6 +16,8 @@ mod pass;
 mod plan;
 mod search;
 mod seen;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use flight::receives;
 pub(crate) use gather::gather;
@@ -62,20 +64,14 @@ impl PhotonMaps {
 }
 
 /// How photons are sent and gathered.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PhotonSettings {
-    /// How many are sent in each pass.
-    pub photons: u32,
+    /// How many are sent in each pass; none for a quarter of the picture's pixels, within bounds.
+    pub photons: Option<u32>,
     /// The one radius of the first pass, as a part of the scene's longest edge; none for radii by the photons' density.
     pub radius: Option<f32>,
     /// How photons are found.
     pub search: SearchKind,
     /// How they count by distance.
     pub weight: Kernel,
-}
-
-impl Default for PhotonSettings {
-    fn default() -> Self {
-        Self { photons: 1 << 17, radius: None, search: SearchKind::default(), weight: Kernel::default() }
-    }
 }

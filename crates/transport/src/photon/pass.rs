@@ -10,11 +10,16 @@ use crate::wavefront::Wave;
 use rayon::prelude::*;
 use std::cell::Cell;
 
-/// Chords that fly together.
-const TOGETHER: u32 = 2048;
+/// Photons that fly together.
+const TOGETHER: u32 = 8192;
 
 thread_local! {
     static FLIGHT: Cell<Flight> = Cell::default();
+}
+
+/// Photons of a pass for a picture of so many pixels: their work is a part of the paths' work.
+fn by_pixels(pixels: u64) -> u32 {
+    (pixels / 4).clamp(1 << 16, 1 << 20) as u32
 }
 
 impl Renderer<'_> {
@@ -29,7 +34,9 @@ impl Renderer<'_> {
         wave.walk_through(self.walk()?);
         let seen = Seen::new(&self.context(None), wave)?;
         let size = self.scene.bounds().size().max_element();
-        PhotonPlan::new(cells, &seen, settings, size, |departure| Ok(self.fly(departure)?.0)).map(Some)
+        let photons = settings.photons.unwrap_or_else(|| by_pixels(self.settings().region().pixels()));
+        PhotonPlan::new(cells, &seen, settings, (photons, size), |departure| Ok(self.fly(departure)?.0))
+            .map(Some)
     }
 
     /// The photons of the pass of this number, and how many rays they took. They depend on scene, settings and number alone.
@@ -38,7 +45,7 @@ impl Renderer<'_> {
     /// A page of a scene in pages cannot be had.
     pub fn photon_map(&self, plan: &PhotonPlan, pass: u32) -> Result<(PhotonMaps, u64), PagesError> {
         let settings = &plan.settings;
-        let (landed, rays) = self.fly(&Departure { guide: &plan.guide, pass, chords: settings.photons })?;
+        let (landed, rays) = self.fly(&Departure { guide: &plan.guide, pass, photons: plan.photons })?;
         let levels: Vec<usize> =
             landed.par_iter().map(|landed| plan.density.level(landed.photon.position)).collect();
         let mut photons = vec![Vec::new(); plan.density.levels()];
@@ -53,19 +60,19 @@ impl Renderer<'_> {
         Ok((PhotonMaps(maps.collect()), rays))
     }
 
-    /// All photons of a pass, in the order of their chords.
+    /// All photons of a pass, in the order of their numbers.
     fn fly(&self, departure: &Departure<'_>) -> Result<(Vec<Landed>, u64), PagesError> {
-        if departure.guide.len() == 0 {
+        if departure.guide.faces() == 0 {
             return Ok((Vec::new(), 0));
         }
         let context = self.context(None);
-        let starts: Vec<u32> = (0..departure.chords).step_by(TOGETHER as usize).collect();
+        let starts: Vec<u32> = (0..departure.photons).step_by(TOGETHER as usize).collect();
         let parts: Result<Vec<(Vec<Landed>, u64)>, PagesError> = starts
             .par_iter()
             .map(|&start| {
                 let mut flight = FLIGHT.take();
                 flight.front.walk = self.walk()?;
-                let end = departure.chords.min(start + TOGETHER);
+                let end = departure.photons.min(start + TOGETHER);
                 let result = flight.run(&context, departure, start..end);
                 let result = result.map(|(landed, rays)| (landed.to_vec(), rays));
                 flight.front.walk = None;

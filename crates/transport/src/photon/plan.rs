@@ -9,8 +9,8 @@ use super::flight::{Departure, Landed};
 use super::guide::Guide;
 use super::seen::Seen;
 
-/// Chords of a trial pass.
-const TRIAL: u32 = 1 << 17;
+/// Photons of a trial pass.
+const TRIAL: u32 = 1 << 16;
 /// Numbers of trial passes: far from those of the picture.
 const TRIALS: [u32; 2] = [u32::MAX - 1, u32::MAX - 2];
 
@@ -27,6 +27,8 @@ const ALPHA: f64 = 2.0 / 3.0;
 #[derive(Clone, Debug)]
 pub struct PhotonPlan {
     pub(crate) settings: PhotonSettings,
+    /// Photons of a pass.
+    pub(crate) photons: u32,
     pub(crate) guide: Guide,
     /// The radii of pass 0.
     pub(crate) density: Density,
@@ -40,36 +42,36 @@ impl PhotonPlan {
         squared.sqrt() as f32
     }
 
-    /// Decides by two trial passes, which `fly` makes, in a scene of this size, world units.
+    /// Decides by two trial passes, which `fly` makes, for so many photons a pass in a scene of this size, world units.
     pub(crate) fn new<E>(
         cells: Vec<Cell>,
         seen: &Seen,
         settings: &PhotonSettings,
-        size: f32,
+        (photons, size): (u32, f32),
         mut fly: impl FnMut(&Departure<'_>) -> Result<Vec<Landed>, E>,
     ) -> Result<Self, E> {
-        let mut trial = |guide: &Guide, pass| fly(&Departure { guide, pass, chords: TRIAL });
+        let mut trial = |guide: &Guide, pass| fly(&Departure { guide, pass, photons: TRIAL });
         let by_area = Guide::by_area(cells);
         let worth = worth(&by_area, seen, &trial(&by_area, TRIALS[0])?);
         let guide = by_area.by_worth(&worth);
         let density = match settings.radius {
             Some(part) => Density::even(part * size),
             None => {
-                let wanted = NEIGHBOURS * TRIAL as f32 / settings.photons as f32;
-                Density::new(&trial(&guide, TRIALS[1])?, WIDEST * size, wanted.max(2.0) as u32)
+                let wanted = NEIGHBOURS * TRIAL as f32 / photons as f32;
+                Density::new(&trial(&guide, TRIALS[1])?, seen, WIDEST * size, wanted.max(2.0) as u32)
             }
         };
-        Ok(Self { settings: *settings, guide, density })
+        Ok(Self { settings: *settings, photons, guide, density })
     }
 }
 
-/// What photons from each cell are worth: the root of the mean square of what a chord brings to the eye.
+/// What photons by each face are worth: the root of the mean square of what one brings to the eye.
 fn worth(guide: &Guide, seen: &Seen, landed: &[Landed]) -> Vec<f64> {
-    let mut squares = vec![0.0; guide.len()];
-    for Landed { photon, cell } in landed {
+    let mut squares = vec![0.0; guide.faces()];
+    for Landed { photon, face } in landed {
         let brought = f64::from(photon.flux.element_sum() * seen.weight(photon.position));
-        squares[*cell as usize] += brought * brought;
+        squares[*face as usize] += brought * brought;
     }
-    // Power is over the chance already: times it, it is what a chord of this cell brings.
+    // Power is over the chance already: times it, it is what a photon by this face brings.
     squares.iter().enumerate().map(|(i, square)| (square * f64::from(guide.chance(i))).sqrt()).collect()
 }

@@ -2,6 +2,7 @@
 
 use super::flight::receives;
 use crate::bsdf::BsdfDraw;
+use crate::cone::PIXEL_PART;
 use crate::path::{absorption, continue_path};
 use crate::sample::RenderStats;
 use crate::vertex::Vertex;
@@ -18,14 +19,25 @@ const PATHS: u32 = 128;
 const DEPTH: u32 = 5;
 /// Cubes along the longest edge of the scene.
 const CUBES: f32 = 256.0;
+/// Part of a pixel that photons are to show.
+const FINEST: f32 = 0.4;
 /// The number of the samples whose paths these are: far from those of the picture.
 const SAMPLE: u32 = 1 << 30;
+
+/// What paths have told of a cube.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    /// The sum of what they would carry to the eye.
+    weight: f32,
+    /// The width of what they are the mean of, the least.
+    width: f32,
+}
 
 /// How much light at a place counts in the picture.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
-    /// By cube of the space, the sum of what paths would carry to the eye.
-    cubes: HashMap<[i32; 3], f32>,
+    /// By cube of the space.
+    cubes: HashMap<[i32; 3], Look>,
     origin: Vec3,
     per_unit: f32,
 }
@@ -45,8 +57,9 @@ impl Seen {
         let Aabb { min, .. } = context.scene.bounds();
         let size = context.scene.bounds().size().max_element().max(f32::MIN_POSITIVE);
         let mut seen = Self { cubes: HashMap::new(), origin: min, per_unit: CUBES / size };
-        for (place, weight) in looking.found.into_inner().unwrap_or_else(PoisonError::into_inner) {
-            *seen.cubes.entry(seen.cube(place)).or_default() += weight;
+        for (place, look) in looking.found.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            let known = seen.cubes.entry(seen.cube(place)).or_insert(Look { weight: 0.0, ..look });
+            *known = Look { weight: known.weight + look.weight, width: known.width.min(look.width) };
         }
         Ok(seen)
     }
@@ -57,16 +70,25 @@ impl Seen {
 
     /// How much light at a place counts: 0 where no path came by.
     pub(crate) fn weight(&self, place: Vec3) -> f32 {
+        self.near(place).map(|look| look.weight).sum()
+    }
+
+    /// The width of the smallest thing at a place that the picture shows; infinite where no path came by.
+    pub(crate) fn width(&self, place: Vec3) -> f32 {
+        self.near(place).map(|look| look.width).fold(f32::INFINITY, f32::min)
+    }
+
+    fn near(&self, place: Vec3) -> impl Iterator<Item = &Look> {
         let [x, y, z] = self.cube(place);
         let near = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [i, j, k])));
-        near.filter_map(|[i, j, k]| self.cubes.get(&[x + i, y + j, z + k])).sum()
+        near.filter_map(move |[i, j, k]| self.cubes.get(&[x + i, y + j, z + k]))
     }
 }
 
 /// Follows paths and remembers where photons could land that they would see.
 #[derive(Debug, Default)]
 struct Looking {
-    found: Mutex<Vec<(Vec3, f32)>>,
+    found: Mutex<Vec<(Vec3, Look)>>,
 }
 
 impl Shade for Looking {
@@ -90,12 +112,15 @@ impl Looking {
         path.throughput *= absorption(context, &vertex, path, hit.t);
         let bsdf = vertex.bsdf(context, path, &mut own_bsdf);
         if receives(bsdf) {
-            let found = (vertex.surface.position, path.throughput.element_sum());
+            let width = FINEST * path.cone.moved(hit.t).width / PIXEL_PART;
+            let look = Look { weight: path.throughput.element_sum(), width };
+            let found = (vertex.surface.position, look);
             self.found.lock().unwrap_or_else(PoisonError::into_inner).push(found);
         }
         if stage.depth >= DEPTH {
             return;
         }
+        path.cone = path.cone.moved(hit.t);
         let first = CAMERA_DIMENSIONS + 2 * (stage.depth - 1);
         let u = path.sampler.at_dimension(first + 1).next_2d();
         let lobe = path.sampler.at_dimension(first).next_1d();

@@ -16,7 +16,7 @@ pub(super) struct Axis {
 impl Axis {
     /// Cells of `size` metres from `min` to `max`, larger where there would be more than `most`.
     pub(super) fn new(min: f32, max: f32, size: f32, most: u32) -> Self {
-        let extent = max - min;
+        let extent = (max - min).min(f32::MAX);
         let size = size.max(extent / most as f32).min(f32::MAX);
         let cells = ((extent / size) as u32).saturating_add(1).min(most);
         Self { min, max, size, per_cell: 1.0 / size, cells }
