@@ -12,7 +12,7 @@ use std::arch::x86_64::{
     _mm256_div_ps, _mm256_extracti128_si256, _mm256_fmsub_ps, _mm256_i32gather_epi64, _mm256_loadu_ps,
     _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_or_ps,
     _mm256_permute2f128_ps, _mm256_permute4x64_epi64, _mm256_set1_epi32, _mm256_set1_ps, _mm256_shuffle_ps,
-    _mm256_srl_epi64, _mm256_storeu_ps, _mm256_sub_ps,
+    _mm256_sqrt_ps, _mm256_srl_epi64, _mm256_storeu_ps, _mm256_sub_ps,
 };
 
 /// Proof that the processor has AVX2, FMA, BMI1, BMI2, LZCNT and POPCNT. Only [`Avx2::detect`] makes one.
@@ -102,6 +102,7 @@ impl Simd8 for Avx2 {
     register_op!(mul_sub(a: __m256, b: __m256, c: __m256) -> __m256, _mm256_fmsub_ps(a, b, c));
     register_op!(min(a: __m256, b: __m256) -> __m256, _mm256_min_ps(a, b));
     register_op!(max(a: __m256, b: __m256) -> __m256, _mm256_max_ps(a, b));
+    register_op!(sqrt(a: __m256) -> __m256, _mm256_sqrt_ps(a));
     register_op!(abs(a: __m256) -> __m256, _mm256_andnot_ps(_mm256_set1_ps(-0.0), a));
     register_op!(copysign(a: __m256, sign: __m256) -> __m256, {
         let bit = _mm256_set1_ps(-0.0);

@@ -49,6 +49,8 @@ pub trait Simd8: Copy + Send + Sync + 'static {
     /// `if a > b { a } else { b }`: the second operand where one is NaN.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
 
+    /// The square root, rounded correctly; NaN of what is negative.
+    fn sqrt(self, a: Self::F) -> Self::F;
     /// `|a|`
     fn abs(self, a: Self::F) -> Self::F;
     /// `a` with the signs of `sign`.

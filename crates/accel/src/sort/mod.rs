@@ -35,7 +35,11 @@ pub const fn payload(pair: Pair) -> u32 {
 }
 
 /// Cuts `slice` into consecutive parts of the given lengths, whose sum is at most its own.
-pub(crate) fn parts<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
+///
+/// # Panics
+/// The sum is more.
+#[must_use]
+pub fn parts<T>(mut slice: &mut [T], lengths: impl Iterator<Item = usize>) -> Vec<&mut [T]> {
     let mut parts = Vec::with_capacity(lengths.size_hint().0);
     for length in lengths {
         let (part, rest) = slice.split_at_mut(length);

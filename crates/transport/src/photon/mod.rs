@@ -3,6 +3,18 @@
 //! D. Bogolepov, D. Sopin, V. Turlapov 2010, "Simulation of caustics in real time" (photons in a structure of voxels, all within
 //! a radius gathered), made physical and progressive; see docs/algorithms/caustics.md.
 
+pub mod bench;
+mod direction;
+mod kernel;
+mod map;
+mod search;
+#[cfg(test)]
+mod tests;
+
+pub use kernel::Kernel;
+pub use map::{Near, PhotonMap};
+pub use search::SearchKind;
+
 use vastlight_math::Vec3;
 
 /// Light that arrived at a surface after mirrors and lenses.
@@ -18,4 +30,12 @@ pub struct Photon {
     pub normal: Vec3,
     /// Segments of its way from the light.
     pub segments: u32,
+}
+
+impl Photon {
+    /// Whether its place and its power are numbers.
+    #[inline]
+    fn is_finite(&self) -> bool {
+        self.position.is_finite() && self.flux.is_finite()
+    }
 }
