@@ -11,9 +11,8 @@ use vastlight_simd::{Level, Simd8};
 const LANES: usize = 8;
 /// Photons that one thread packs at a time.
 const CHUNK: usize = 1 << 12;
-/// Bits of each of the two numbers of the direction that a photon came from, and of the normal.
-const FROM_BITS: u32 = 16;
-const NORMAL_BITS: u32 = 12;
+/// Bits of each of the two numbers of a direction: right to 3e-4.
+const BITS: u32 = 14;
 /// The most segments that are told from more.
 const MOST_SEGMENTS: u32 = u8::MAX as u32;
 
@@ -36,18 +35,19 @@ pub struct Near {
 #[derive(Clone, Copy, Debug, Default)]
 struct Packed {
     flux: [f32; 3],
+    /// Where it came from; above, the lower four bits of its segments.
     from: u32,
-    /// Segments above the normal.
+    /// The normal; above, the upper four.
     normal: u32,
 }
 
 impl Packed {
     fn new(photon: &Photon) -> Self {
-        let segments = photon.segments.min(MOST_SEGMENTS) << (2 * NORMAL_BITS);
+        let segments = photon.segments.min(MOST_SEGMENTS);
         Self {
             flux: photon.flux.to_array(),
-            from: direction::pack(photon.from, FROM_BITS),
-            normal: direction::pack(photon.normal, NORMAL_BITS) | segments,
+            from: direction::pack(photon.from, BITS) | segments << (2 * BITS),
+            normal: direction::pack(photon.normal, BITS) | (segments >> 4) << (2 * BITS),
         }
     }
 
@@ -56,9 +56,9 @@ impl Packed {
         Near {
             weight,
             flux: Vec3::from_array(self.flux),
-            from: direction::unpack(self.from, FROM_BITS),
-            normal: direction::unpack(self.normal, NORMAL_BITS),
-            segments: self.normal >> (2 * NORMAL_BITS),
+            from: direction::unpack(self.from, BITS),
+            normal: direction::unpack(self.normal, BITS),
+            segments: self.from >> (2 * BITS) | (self.normal >> (2 * BITS)) << 4,
         }
     }
 }

@@ -6,7 +6,7 @@ use vastlight_accel::sort::Pair;
 
 /// All photons, in their own order.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Brute {
+pub(in crate::photon) struct Brute {
     photons: u32,
 }
 

@@ -8,7 +8,7 @@ use vastlight_accel::sort::{Pair, key, payload};
 
 /// Half the thickness of a slab, m.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lexicographic {
+pub(in crate::photon) struct Lexicographic {
     radius: f32,
 }
 

@@ -39,7 +39,7 @@ struct Row {
 
 /// The grid of rows.
 #[derive(Debug)]
-pub(super) struct Rows {
+pub(in crate::photon) struct Rows {
     /// The axes' numbers: along rows, and the two across.
     order: [usize; 3],
     along: Axis,
@@ -104,7 +104,7 @@ impl Rows {
         let Some(steps) = self.along.cells_of(low, high) else { return };
         let (low, high) = (first.max(*steps.start()), last.min(*steps.end()));
         if low <= high {
-            let entry = |step: u32| (row.start + (step - first >> row.shift)) as usize;
+            let entry = |step: u32| (row.start + ((step - first) >> row.shift)) as usize;
             runs.push(self.tables[entry(low)], self.tables[entry(high) + 1]);
         }
     }
@@ -153,7 +153,7 @@ fn tables(sorted: &[Pair], step_bits: u32, rows: usize) -> (Vec<Row>, Vec<u32>) 
     jobs.into_par_iter().for_each(|(tables, (rows, bounds))| {
         let base = rows[0].start;
         for (row, &[first, end]) in rows.iter().zip(bounds).filter(|(_, bounds)| bounds[0] < bounds[1]) {
-            let entry = |photon: u32| step(photon) - u32::from(row.first) >> row.shift;
+            let entry = |photon: u32| (step(photon) - u32::from(row.first)) >> row.shift;
             fill(&mut tables[(row.start - base) as usize..], first..end, entry);
         }
     });
@@ -163,10 +163,10 @@ fn tables(sorted: &[Pair], step_bits: u32, rows: usize) -> (Vec<Row>, Vec<u32>) 
 /// The row whose table is at `start` and how many entries that has, with photons from one step to another.
 fn row(start: u32, [first, last]: [u32; 2], photons: u32) -> (Row, u32) {
     let mut shift = 0;
-    while last - first >> shift > 2 * photons {
+    while (last - first) >> shift > 2 * photons {
         shift += 1;
     }
-    (Row { start, first: first as u16, last: last as u16, shift }, (last - first >> shift) + 2)
+    (Row { start, first: first as u16, last: last as u16, shift }, ((last - first) >> shift) + 2)
 }
 
 /// Writes where each entry's photons start, and the end of all.

@@ -11,7 +11,7 @@ const MOST: u32 = 256;
 
 /// The array of voxels, z the fastest.
 #[derive(Debug)]
-pub(super) struct Voxels {
+pub(in crate::photon) struct Voxels {
     axes: [Axis; 3],
     radius: f32,
     /// First photon and the one behind the last.
