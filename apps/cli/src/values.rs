@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 use vastlight::math::Vec3;
+use vastlight::transport::photon::SearchKind;
 use vastlight::transport::{PixelFilter, Tile};
 
 /// Picture size as it was asked for.
@@ -114,6 +115,12 @@ pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
 /// A finite number.
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     numbers::<1>(text, "a number").map(|[x]| x)
+}
+
+/// A structure that finds photons.
+pub(crate) fn photon_search(text: &str) -> Result<SearchKind, String> {
+    let names = || SearchKind::ALL.map(SearchKind::name).join(", ");
+    SearchKind::from_name(text).ok_or_else(|| format!("one of {} is expected", names()))
 }
 
 /// A number above 0.

@@ -125,7 +125,7 @@ impl<'a> Renderer<'a> {
                 let shade = AmbientOcclusion::new(self.scene, s.ao_distance);
                 self.render_waves(&shade, &context, part, sink)
             }
-            Integrator::Whitted => {
+            Integrator::Whitted | Integrator::PhotonCaustics => {
                 let mut stream = STREAM.take();
                 let stats = self.render_with(&mut stream, &context, part, sink);
                 STREAM.set(stream);

@@ -18,6 +18,8 @@ pub enum Integrator {
     Ao,
     /// Phong's shading with shadows, mirrored and refracted rays, by the stream tracer. No light between rough surfaces.
     Whitted,
+    /// The same with the light of photons: the papers' renderer. Needs [`RenderSettings::caustics`].
+    PhotonCaustics,
 }
 
 /// How direct light is estimated; anything but `Both` is for tests and teaching.
@@ -108,7 +110,7 @@ pub struct RenderSettings {
     /// How direct light is estimated.
     pub direct_sampling: DirectSampling,
     /// Light that reaches a rough surface by mirrors and lenses comes from photons, if this is there; else from paths, which
-    /// find little of it. For [`Integrator::Path`].
+    /// find little of it. For [`Integrator::Path`] and [`Integrator::PhotonCaustics`].
     pub caustics: Option<PhotonSettings>,
     /// Longest distance at which ambient occlusion sees, scene units; 0 means a fifth of the scene's diagonal.
     pub ao_distance: f32,

@@ -16,7 +16,7 @@ use vastlight::film::{Aov, BitDepth, PngOptions, ToneCurve};
 use vastlight::math::Vec3;
 use vastlight::scene::{Camera, Scene};
 use vastlight::trace::TracerConfig;
-use vastlight::transport::photon::PhotonSettings;
+use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
     CameraChoice, Control, Device, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, PackControl,
@@ -67,6 +67,9 @@ pub(crate) struct PictureArguments {
     /// One radius for the first photons, as a part of the scene's longest edge [default: radii by their density]
     #[arg(long, value_name = "PART", value_parser = values::positive)]
     photon_radius: Option<f32>,
+    /// How photons are found: brute, lexicographic, voxel, planar, rows
+    #[arg(long, value_name = "NAME", default_value = SearchKind::default().name(), value_parser = values::photon_search)]
+    photon_search: SearchKind,
     /// End paths at the depth limit alone
     #[arg(long)]
     no_russian_roulette: bool,
@@ -126,6 +129,9 @@ struct OutputArguments {
     strict: bool,
 }
 
+/// Photons of a point light where they are sent by a grid.
+const PUBLISHED: u32 = 256 * 256;
+
 /// Where caustics come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Caustics {
@@ -148,22 +154,19 @@ pub(crate) enum IntegratorName {
     Ao,
     /// Phong's shading, mirrors and glass by the stream tracer
     Whitted,
-    #[value(hide = true)]
+    /// The same, with the light that mirrors and lenses focus by photons from point lights
     PhotonCaustics,
 }
 
 impl IntegratorName {
-    fn integrator(self) -> Result<Integrator, Error> {
+    fn integrator(self) -> Integrator {
         match self {
-            Self::Path => Ok(Integrator::Path),
-            Self::Direct => Ok(Integrator::Direct),
-            Self::Primary => Ok(Integrator::Primary),
-            Self::Ao => Ok(Integrator::Ao),
-            Self::Whitted => Ok(Integrator::Whitted),
-            Self::PhotonCaustics => {
-                let hint = "use path, direct, primary, whitted or ao";
-                Err(Error::usage("this integrator is not available yet", "--integrator", hint))
-            }
+            Self::Path => Integrator::Path,
+            Self::Direct => Integrator::Direct,
+            Self::Primary => Integrator::Primary,
+            Self::Ao => Integrator::Ao,
+            Self::Whitted => Integrator::Whitted,
+            Self::PhotonCaustics => Integrator::PhotonCaustics,
         }
     }
 }
@@ -181,9 +184,17 @@ impl PictureArguments {
 
     /// How photons are sent, if they are.
     fn photon_settings(&self, integrator: Integrator) -> Result<Option<PhotonSettings>, Error> {
-        let settings =
-            PhotonSettings { photons: self.photons, radius: self.photon_radius, ..PhotonSettings::default() };
+        let settings = PhotonSettings {
+            photons: self.photons,
+            radius: self.photon_radius,
+            search: self.photon_search,
+            ..PhotonSettings::default()
+        };
         match (self.caustics, integrator) {
+            (_, Integrator::PhotonCaustics) => {
+                let edge = f64::from(self.photons.unwrap_or(PUBLISHED)).sqrt() as u32;
+                Ok(Some(PhotonSettings { grid: Some([edge; 2]), ..settings }))
+            }
             (Caustics::Off, _) => Ok(None),
             (Caustics::Photons, Integrator::Path) => Ok(Some(settings)),
             (Caustics::Photons, _) => {
@@ -193,7 +204,7 @@ impl PictureArguments {
     }
 
     fn settings(&self, camera: Camera) -> Result<RenderSettings, Error> {
-        let integrator = self.integrator.integrator()?;
+        let integrator = self.integrator.integrator();
         let (width, height) = self.resolution.unwrap_or_default().size(camera.aspect);
         let settings = RenderSettings {
             crop: self.crop,
@@ -263,7 +274,6 @@ impl OutputArguments {
 
 pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result<Exit, Error> {
     arguments.later.check()?;
-    arguments.picture.integrator.integrator()?;
     let (file, png) = arguments.output.check()?;
     let reporter = Reporter::new(arguments.output.progress, common.quiet);
     let cancel = interrupt::flag()?;
@@ -409,9 +419,9 @@ pub(crate) fn check_request(open: &OpenScene, request: &RenderRequest, common: &
     if open.stored.is_none() {
         return check_memory(&open.scene, request, common);
     }
-    if request.settings.integrator == Integrator::Whitted {
+    if matches!(request.settings.integrator, Integrator::Whitted | Integrator::PhotonCaustics) {
         let hint = "render the file that the store was packed from, or use path, direct, primary or ao";
-        return Err(Error::usage("whitted needs the scene in memory", "--integrator", hint));
+        return Err(Error::usage("the stream tracer needs the scene in memory", "--integrator", hint));
     }
     Ok(())
 }

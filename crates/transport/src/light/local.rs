@@ -38,6 +38,11 @@ impl<'a> LocalLights<'a> {
         Self { surfaces, punctual, trails, tree }
     }
 
+    /// Those without surface.
+    pub(super) fn punctual(&self) -> &[PunctualLight] {
+        &self.punctual
+    }
+
     /// Number of lights, where an instance with a shared tree counts as one.
     pub(super) fn len(&self) -> usize {
         self.trails.len()

@@ -28,6 +28,7 @@ use crate::words::{self, Words};
 use environment::DistantLights;
 pub(crate) use lanes::{LightAnswers, LightQueries};
 use local::LocalLights;
+pub(crate) use punctual::PunctualLight;
 use tree::Estimate;
 use vastlight_math::{FAR, Vec2, Vec3};
 use vastlight_scene::Scene;
@@ -119,6 +120,11 @@ impl<'a> Lights<'a> {
             directional: self.distant.directional().len(),
             bytes: self.local.bytes() + self.distant.bytes(),
         }
+    }
+
+    /// Point and spot lights.
+    pub(crate) fn punctual(&self) -> &[PunctualLight] {
+        self.local.punctual()
     }
 
     /// All lights as the words of a kernel's binding `lights`; see [`words::lights`].

@@ -13,8 +13,8 @@ use vastlight_scene::{IesProfile, Light, LightKind};
 
 /// A light at a point.
 #[derive(Clone, Debug)]
-pub(super) struct PunctualLight {
-    pub(super) position: Vec3,
+pub(crate) struct PunctualLight {
+    pub(crate) position: Vec3,
     frame: Frame,
     intensity: Vec3,
     range: f32,
@@ -44,7 +44,7 @@ impl PunctualLight {
     }
 
     /// Radiant intensity towards the unit vector `direction` (world space, away from the light), W/sr.
-    pub(super) fn intensity(&self, direction: Vec3) -> Vec3 {
+    pub(crate) fn intensity(&self, direction: Vec3) -> Vec3 {
         let cone = self.spot.map_or(1.0, |[inner, outer]| {
             let c = -direction.dot(self.frame.z);
             // Equal angles make a hard edge.

@@ -9,7 +9,7 @@ use crate::bsdf::{Bsdf, BsdfDraw, BsdfSample};
 use crate::light::{LightAnswers, LightQueries, LightSample};
 use crate::material::Evaluated;
 use crate::medium::transmittance;
-use crate::photon::{gather, receives};
+use crate::photon::{Gather, receives};
 use crate::vertex::Vertex;
 use crate::wavefront::{Context, PathState, Shade, Stage};
 use random::VertexRandom;
@@ -125,8 +125,9 @@ impl PathTracing {
         if let Some(photons) = context.photons
             && receives(bsdf)
         {
-            sample.radiance +=
-                path.throughput * gather(level, photons, &vertex, bsdf, context.settings.max_depth - length);
+            let most_segments = context.settings.max_depth - length;
+            let gather = Gather { photons, vertex: &vertex, most_segments };
+            sample.radiance += path.throughput * gather.scattered(level, bsdf);
         }
         let light_normal = if bsdf.transmits() { Vec3::ZERO } else { vertex.facing_normal() };
         let lit =

@@ -7,13 +7,15 @@
 
 use super::Photon;
 use super::guide::Guide;
+use super::plan::Emission;
+use super::rectangle::Rectangle;
 use crate::bsdf::{Bsdf, BsdfDraw};
 use crate::cone::Cone;
 use crate::path::{MAX_PANES, absorption};
 use crate::vertex::Vertex;
 use crate::wavefront::{CAMERA_DIMENSIONS, Context, Front, PathState};
 use std::ops::Range;
-use vastlight_math::{FAR, Ray, Sampler, Vec3, rng, warp};
+use vastlight_math::{Aabb, FAR, Ray, Sampler, Vec2, Vec3, rng, warp};
 use vastlight_paging::PageError;
 
 /// Sampler dimensions of a start: choice of light, place on it; and of a vertex: choice of lobe, direction, roulette.
@@ -35,7 +37,7 @@ pub(crate) struct Landed {
 /// Which photons fly: some of those of a pass.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Departure<'a> {
-    pub(crate) guide: &'a Guide,
+    pub(crate) emission: &'a Emission,
     /// Number of the pass.
     pub(crate) pass: u32,
     /// Photons of the whole pass.
@@ -79,7 +81,7 @@ impl Flight {
             self.next.clear();
             for i in 0..self.front.rays.len() {
                 if self.front.hits[i].is_hit() {
-                    self.arrive(context, departure.guide, i, depth);
+                    self.arrive(context, departure.emission, i, depth);
                 }
             }
             self.advance();
@@ -89,7 +91,7 @@ impl Flight {
     }
 
     /// A photon arrives at a surface, may land there, and may go on.
-    fn arrive(&mut self, context: &Context<'_>, guide: &Guide, i: usize, depth: u32) {
+    fn arrive(&mut self, context: &Context<'_>, emission: &Emission, i: usize, depth: u32) {
         let (ray, hit, slot) = (self.front.rays[i], self.front.hits[i], self.front.slots[i]);
         let (mut own, mut own_bsdf) = (None, None);
         let page = self.front.page_hits().map(|pages| pages.at(i));
@@ -110,7 +112,7 @@ impl Flight {
         }
         let first = CAMERA_DIMENSIONS + START_DIMENSIONS + (depth - 1) * VERTEX_DIMENSIONS;
         let Some((next, straight)) = bounce(&vertex, bsdf, path, first) else { return };
-        if straight || segments > 1 || guide.cell_of(face).has(position) {
+        if straight || segments > 1 || emission.begins_at(face, position) {
             self.next.push((slot, Ray { time: ray.time, ..next }));
         }
     }
@@ -133,40 +135,88 @@ struct Start {
     ray: Ray,
 }
 
+impl Emission {
+    /// Whether a photon by this face may be focused here for the first time.
+    fn begins_at(&self, face: u32, position: Vec3) -> bool {
+        match self {
+            Self::Guided(guide) => guide.cell_of(face).has(position),
+            Self::Gridded(..) => true,
+        }
+    }
+}
+
 impl Departure<'_> {
+    /// Whether nothing could land.
+    pub(crate) fn is_empty(&self) -> bool {
+        match self.emission {
+            Emission::Guided(guide) => guide.faces() == 0,
+            Emission::Gridded(rectangles, _) => rectangles.is_empty(),
+        }
+    }
+
     /// The photon of this number; none if no light shines on the place that was drawn for it.
-    ///
-    /// The place is on a face of the box around a cell, drawn by area, and a light is chosen for it as for any point. A ray from
-    /// outside enters a box once, one from inside leaves it once: so none is drawn in two ways.
     fn start(&self, context: &Context<'_>, number: u32) -> Option<Start> {
         let (seed, sample) =
             (context.settings.seed, self.pass.wrapping_mul(self.photons).wrapping_add(number));
         let sampler = Sampler::new([KEY, 0], sample, seed);
-        let at = |dimension: u32| sampler.at_dimension(dimension);
-        let (face, chance) = self.guide.choose(at(0).next_1d());
-        let place = self.guide.face(face, at(1).next_2d());
-        let light = context.lights.sample(
-            place.position,
-            Vec3::ZERO,
-            at(CAMERA_DIMENSIONS).next_1d(),
-            at(CAMERA_DIMENSIONS + 1).next_2d(),
-        )?;
-        let cos = light.wi.dot(place.normal);
-        let distance = if light.distance < FAR { light.distance } else { context.beyond(place.position) };
-        let source = place.position + light.wi * (distance * (1.0 - OFF_LIGHT));
-        let within = light.distance < FAR
-            && self.guide.cell_of(face).bounds.grow(source) == self.guide.cell_of(face).bounds;
-        if (cos > 0.0) == within {
-            return None;
-        }
-        let flux = light.radiance * (cos.abs() * place.area / (light.pdf * chance * self.photons as f32));
+        let (ray, flux, face, order) = match self.emission {
+            Emission::Guided(guide) => guided(context, guide, &sampler, self.photons)?,
+            Emission::Gridded(rectangles, grid) => self.gridded(context, rectangles, *grid, number),
+        };
         let key = (rng::hash_words(&[KEY, sample, seed]) >> 32) as u32;
         let mut path = PathState::new(number, sampler, key, Cone::RAY);
         path.throughput = flux;
-        let ray = Ray { origin: source, t_min: 0.0, direction: -light.wi, t_max: FAR, time: 0.0 };
-        let order = self.guide.order(place.position);
-        flux.is_finite().then_some(Start { order, path, face, ray })
+        (flux.is_finite() && flux != Vec3::ZERO).then_some(Start { order, path, face, ray })
     }
+
+    /// The photon of this number through a grid. The grid of the first pass lies in the middle, those of others by chance.
+    fn gridded(
+        &self,
+        context: &Context<'_>,
+        rectangles: &[Rectangle],
+        grid: [u32; 2],
+        number: u32,
+    ) -> (Ray, Vec3, u32, u32) {
+        let (each, shift) = (
+            grid[0] * grid[1],
+            match self.pass {
+                0 => Vec2::ZERO,
+                pass => Sampler::new([KEY, 1], pass, context.settings.seed).next_2d() - 0.5,
+            },
+        );
+        let (light, square) = (number / each, number % each);
+        let square = [square % grid[0], square / grid[0]];
+        let (ray, flux) = rectangles[light as usize].photon(square, grid, shift);
+        (ray, flux, 0, number)
+    }
+}
+
+/// A photon that enters a cell: its ray, its power, the face, and its place in the order of flying.
+///
+/// The place is on a face of the box around a cell, drawn by area, and a light is chosen for it as for any point. A ray from
+/// outside enters a box once, one from inside leaves it once: so none is drawn in two ways.
+fn guided(
+    context: &Context<'_>,
+    guide: &Guide,
+    sampler: &Sampler,
+    photons: u32,
+) -> Option<(Ray, Vec3, u32, u32)> {
+    let at = |dimension: u32| sampler.at_dimension(dimension);
+    let (face, chance) = guide.choose(at(0).next_1d());
+    let (cell, place) = (guide.cell_of(face), guide.face(face, at(1).next_2d()));
+    let u_pick = at(CAMERA_DIMENSIONS).next_1d();
+    let u = at(CAMERA_DIMENSIONS + 1).next_2d();
+    let light = context.lights.sample(place.position, Vec3::ZERO, u_pick, u)?;
+    let cos = light.wi.dot(place.normal);
+    let is_far = light.distance >= FAR;
+    let distance = if is_far { context.beyond(place.position) } else { light.distance };
+    let source = place.position + light.wi * (distance * (1.0 - OFF_LIGHT));
+    let is_inside = !is_far && cell.bounds.contains(&Aabb::point(source));
+    if (cos > 0.0) == is_inside {
+        return None;
+    }
+    let flux = light.radiance * (cos.abs() * place.area / (light.pdf * chance * photons as f32));
+    Some((Ray::new(source, -light.wi), flux, face, guide.order(place.position)))
 }
 
 impl Context<'_> {

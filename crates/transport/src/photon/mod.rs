@@ -14,13 +14,14 @@ mod kernel;
 mod map;
 mod pass;
 mod plan;
+mod rectangle;
 mod search;
 mod seen;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use flight::receives;
-pub(crate) use gather::gather;
+pub(crate) use gather::Gather;
 pub use kernel::Kernel;
 pub use map::{Near, PhotonMap};
 pub use plan::PhotonPlan;
@@ -52,7 +53,7 @@ impl Photon {
 }
 
 /// The photons of a pass, a map for each radius.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct PhotonMaps(Vec<PhotonMap>);
 
 impl PhotonMaps {
@@ -68,6 +69,9 @@ impl PhotonMaps {
 pub struct PhotonSettings {
     /// How many are sent in each pass; none for a quarter of the picture's pixels, within bounds.
     pub photons: Option<u32>,
+    /// Sends them by a regular grid of so many columns and rows from each point or spot light, and from nothing else, as published;
+    /// where there is no such light, as without a grid.
+    pub grid: Option<[u32; 2]>,
     /// The one radius of the first pass, as a part of the scene's longest edge; none for radii by the photons' density.
     pub radius: Option<f32>,
     /// How photons are found.

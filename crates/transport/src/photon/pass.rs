@@ -30,10 +30,13 @@ impl Renderer<'_> {
     pub fn photon_plan(&self) -> Result<Option<PhotonPlan>, PagesError> {
         let Some(settings) = &self.settings().caustics else { return Ok(None) };
         let cells = cells::cells(self.scene, self.materials);
+        let size = self.scene.bounds().size().max_element();
+        if let (Some(grid), false) = (settings.grid, self.lights.punctual().is_empty()) {
+            return Ok(Some(PhotonPlan::gridded(&cells, self.lights, settings, grid, size)));
+        }
         let mut wave = Wave::default();
         wave.walk_through(self.walk()?);
         let seen = Seen::new(&self.context(None), wave)?;
-        let size = self.scene.bounds().size().max_element();
         let photons = settings.photons.unwrap_or_else(|| by_pixels(self.settings().region().pixels()));
         PhotonPlan::new(cells, &seen, settings, (photons, size), |departure| Ok(self.fly(departure)?.0))
             .map(Some)
@@ -45,7 +48,8 @@ impl Renderer<'_> {
     /// A page of a scene in pages cannot be had.
     pub fn photon_map(&self, plan: &PhotonPlan, pass: u32) -> Result<(PhotonMaps, u64), PagesError> {
         let settings = &plan.settings;
-        let (landed, rays) = self.fly(&Departure { guide: &plan.guide, pass, photons: plan.photons })?;
+        let (landed, rays) =
+            self.fly(&Departure { emission: &plan.emission, pass, photons: plan.photons })?;
         let levels: Vec<usize> =
             landed.par_iter().map(|landed| plan.density.level(landed.photon.position)).collect();
         let mut photons = vec![Vec::new(); plan.density.levels()];
@@ -62,7 +66,7 @@ impl Renderer<'_> {
 
     /// All photons of a pass, in the order of their numbers.
     fn fly(&self, departure: &Departure<'_>) -> Result<(Vec<Landed>, u64), PagesError> {
-        if departure.guide.faces() == 0 {
+        if departure.is_empty() {
             return Ok((Vec::new(), 0));
         }
         let context = self.context(None);

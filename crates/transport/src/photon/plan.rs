@@ -7,7 +7,9 @@ use super::cells::Cell;
 use super::density::Density;
 use super::flight::{Departure, Landed};
 use super::guide::Guide;
+use super::rectangle::Rectangle;
 use super::seen::Seen;
+use crate::light::Lights;
 
 /// Photons of a trial pass.
 const TRIAL: u32 = 1 << 16;
@@ -19,9 +21,21 @@ const NEIGHBOURS: f32 = 12.0;
 /// The widest radius, as a part of the scene's longest edge.
 const WIDEST: f32 = 0.015;
 
+/// The radius where photons begin by a grid: the papers' 0.4 %.
+const PUBLISHED: f32 = 0.004;
+
 /// How the squared radius shrinks: towards 0, but so slowly that noise does too (C. Knaus, M. Zwicker 2011, "Progressive photon
 /// mapping: a probabilistic approach").
 const ALPHA: f64 = 2.0 / 3.0;
+
+/// Where photons begin.
+#[derive(Clone, Debug)]
+pub(crate) enum Emission {
+    /// Anywhere, by chance.
+    Guided(Guide),
+    /// At point lights, by a grid of so many columns and rows each.
+    Gridded(Vec<Rectangle>, [u32; 2]),
+}
 
 /// Where photons begin, and how far they are gathered.
 #[derive(Clone, Debug)]
@@ -29,7 +43,7 @@ pub struct PhotonPlan {
     pub(crate) settings: PhotonSettings,
     /// Photons of a pass.
     pub(crate) photons: u32,
-    pub(crate) guide: Guide,
+    pub(crate) emission: Emission,
     /// The radii of pass 0.
     pub(crate) density: Density,
 }
@@ -42,6 +56,24 @@ impl PhotonPlan {
         squared.sqrt() as f32
     }
 
+    /// As published: photons by a grid from each light, one radius.
+    pub(crate) fn gridded(
+        cells: &[Cell],
+        lights: &Lights<'_>,
+        settings: &PhotonSettings,
+        grid: [u32; 2],
+        size: f32,
+    ) -> Self {
+        let rectangles: Vec<Rectangle> =
+            lights.punctual().iter().filter_map(|light| Rectangle::new(light, cells)).collect();
+        Self {
+            settings: *settings,
+            photons: grid[0] * grid[1] * rectangles.len() as u32,
+            emission: Emission::Gridded(rectangles, grid),
+            density: Density::even(settings.radius.unwrap_or(PUBLISHED) * size),
+        }
+    }
+
     /// Decides by two trial passes, which `fly` makes, for so many photons a pass in a scene of this size, world units.
     pub(crate) fn new<E>(
         cells: Vec<Cell>,
@@ -50,7 +82,9 @@ impl PhotonPlan {
         (photons, size): (u32, f32),
         mut fly: impl FnMut(&Departure<'_>) -> Result<Vec<Landed>, E>,
     ) -> Result<Self, E> {
-        let mut trial = |guide: &Guide, pass| fly(&Departure { guide, pass, photons: TRIAL });
+        let mut trial = |guide: &Guide, pass| {
+            fly(&Departure { emission: &Emission::Guided(guide.clone()), pass, photons: TRIAL })
+        };
         let by_area = Guide::by_area(cells);
         let worth = worth(&by_area, seen, &trial(&by_area, TRIALS[0])?);
         let guide = by_area.by_worth(&worth);
@@ -61,7 +95,7 @@ impl PhotonPlan {
                 Density::new(&trial(&guide, TRIALS[1])?, seen, WIDEST * size, wanted.max(2.0) as u32)
             }
         };
-        Ok(Self { settings: *settings, photons, guide, density })
+        Ok(Self { settings: *settings, photons, emission: Emission::Guided(guide), density })
     }
 }
 

@@ -5,6 +5,7 @@ use super::records::Load;
 use crate::alpha::AlphaFilter;
 use crate::cone::Cone;
 use crate::medium::transmittance;
+use crate::photon::{Gather, receives};
 use crate::sample::Sample;
 use crate::surface::mesh_of;
 use crate::vertex::Vertex;
@@ -54,7 +55,24 @@ pub(super) fn shade(
         derive(&vertex, &phong, &ray, mirrored, &load, derived);
         derived[2] = towards_light(context, &vertex, &phong, (&ray, mirrored), &load, sampler);
     }
-    load.weight * vertex.emission(context)
+    let mut leaves = vertex.emission(context);
+    if let Some(photons) = context.photons {
+        let most_segments = context.settings.max_depth - load.depth();
+        leaves += of_photons(context, &Gather { photons, vertex: &vertex, most_segments });
+    }
+    load.weight * leaves
+}
+
+/// The light of photons where they land.
+fn of_photons(context: &Context<'_>, gather: &Gather<'_>) -> Vec3 {
+    let vertex = gather.vertex;
+    if !receives(vertex.bsdf_alone(&mut None)) {
+        return Vec3::ZERO;
+    }
+    let phong = Phong::new(vertex.evaluated);
+    let normal = vertex.facing_normal();
+    let mirrored = normal * (2.0 * normal.dot(vertex.wo)) - vertex.wo;
+    gather.reflected(context.tracer.level(), |from| phong.local(mirrored.dot(from), true))
 }
 
 /// The mirrored and the refracted ray.
@@ -108,7 +126,8 @@ pub(super) struct StreamFilter<'a> {
 impl HitFilter for StreamFilter<'_> {
     fn accepts(&self, slot: usize, hit: &Hit) -> bool {
         let load = &self.loads[slot];
-        if load.is_shadow() && self.is_clear(hit) {
+        // Photons bring what passes clear things, and bend it.
+        if load.is_shadow() && self.context.photons.is_none() && self.is_clear(hit) {
             return false;
         }
         let filter = AlphaFilter { context: self.context, keys: std::slice::from_ref(&load.key) };

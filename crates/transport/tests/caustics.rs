@@ -1,0 +1,229 @@
+//! Caustics by photons against closed forms, and against paths that find them by chance.
+
+mod common;
+
+use common::{Build, assert_close, look_at, render, shapes, with_renderer};
+use std::f64::consts::PI;
+use vastlight_math::{Affine3, Quat, Vec3};
+use vastlight_scene::{ColorInput, Light, LightKind, Material, ScalarInput, Scene};
+use vastlight_transport::photon::{PhotonMaps, PhotonPlan, PhotonSettings};
+use vastlight_transport::{RenderSettings, Renderer, Sample};
+
+fn floor() -> Affine3 {
+    facing(Vec3::Y, 10.0, Vec3::ZERO)
+}
+
+/// The map that turns +z of a shape to `normal` and scales it.
+fn facing(normal: Vec3, half: f32, at: Vec3) -> Affine3 {
+    let turn = Quat::from_rotation_arc(Vec3::Z, normal);
+    Affine3::from_scale_rotation_translation(Vec3::splat(half), turn, at)
+}
+
+fn ball(radius: f32, at: Vec3) -> Affine3 {
+    Affine3::from_scale_rotation_translation(Vec3::splat(radius), Quat::IDENTITY, at)
+}
+
+fn mirror() -> Material {
+    Material {
+        metallic: ScalarInput::new(1.0),
+        roughness: ScalarInput::new(0.0),
+        base_color: ColorInput::new(Vec3::ONE),
+        ..Material::diffuse("mirror", Vec3::ONE)
+    }
+}
+
+fn point_light(at: Vec3, intensity: f32) -> Light {
+    Light {
+        name: String::new(),
+        kind: LightKind::Point,
+        world_from_light: Affine3::from_translation(at),
+        intensity: Vec3::splat(intensity),
+        range: f32::INFINITY,
+        profile: None,
+    }
+}
+
+fn settings(photons: u32, radius: Option<f32>) -> RenderSettings {
+    let camera = look_at(Vec3::new(0.0, 3.0, 6.0), Vec3::new(0.0, 0.3, 0.0), 0.8);
+    let caustics = Some(PhotonSettings { photons: Some(photons), radius, ..PhotonSettings::default() });
+    RenderSettings { caustics, max_depth: 8, ..RenderSettings::new(camera, 48, 32) }
+}
+
+/// All photons of the first pass: power, and the power times the place.
+fn landed(scene: &Scene) -> (Vec3, Vec3) {
+    with_renderer(scene, settings(1 << 16, Some(1e3)), |renderer| {
+        let plan = renderer.photon_plan().expect("in memory").expect("photons are wanted");
+        let (maps, _) = renderer.photon_map(&plan, 0).expect("in memory");
+        let (mut power, mut moment) = (Vec3::ZERO, Vec3::ZERO);
+        for map in maps.maps() {
+            map.near_at(scene.bounds().center(), |near| {
+                power += near.flux;
+                moment += near.from * near.flux.x;
+            });
+        }
+        (power, moment)
+    })
+}
+
+/// Mean radiance of the picture with photons.
+fn average(scene: &Scene, settings: &RenderSettings, samples: u32) -> f64 {
+    average_under(scene, settings, samples, |renderer, plan, sample| {
+        renderer.photon_map(plan, sample).expect("in memory").0
+    })
+}
+
+/// Mean radiance of the picture where each sample has these photons.
+fn average_under(
+    scene: &Scene,
+    settings: &RenderSettings,
+    samples: u32,
+    photons: impl Fn(&Renderer<'_>, &PhotonPlan, u32) -> PhotonMaps,
+) -> f64 {
+    let (mut sum, mut count) = (0.0, 0);
+    with_renderer(scene, settings.clone(), |renderer: &Renderer<'_>| {
+        let plan = renderer.photon_plan().expect("in memory").expect("photons are wanted");
+        for sample in 0..samples {
+            let maps = photons(renderer, &plan, sample);
+            let mut sink = |_: [u32; 2], sample: &Sample| {
+                sum += f64::from(sample.radiance.element_sum());
+                count += 3;
+            };
+            renderer
+                .render_tile_under(Some(&maps), renderer.settings().region(), sample..sample + 1, &mut sink)
+                .expect("in memory");
+        }
+    });
+    sum / f64::from(count)
+}
+
+/// Asserts that photons and paths give the same light, and that they would not if photons had brought less.
+#[track_caller]
+fn assert_same_light(scene: &Scene, paths: u32, tolerance: f64, what: &str) {
+    let photons = settings(1 << 15, None);
+    let alone = RenderSettings { caustics: None, ..photons.clone() };
+    let expected = render(scene, &alone, paths).average();
+    assert_close(average(scene, &photons, 24), expected, tolerance, what);
+    // As a control: no photons where paths leave light to them.
+    let without = average_under(scene, &photons, 24, |_, _, _| PhotonMaps::default());
+    assert!(without < expected * (1.0 - 2.0 * tolerance), "{what}: photons bring {expected} - {without}");
+}
+
+#[test]
+fn a_mirror_passes_on_what_shines_on_it() {
+    let (half, height) = (0.5_f64, 1.5_f64);
+    let mut build = Build::in_light(Vec3::ZERO);
+    build.desc.lights.push(point_light(Vec3::new(0.0, 1.5, 0.0), 7.0));
+    build.add(shapes::quad(), mirror(), facing(Vec3::Y, 0.5, Vec3::ZERO));
+    build.add(shapes::quad(), Material::diffuse("ceiling", Vec3::ONE), facing(-Vec3::Y, 40.0, Vec3::Y * 4.0));
+    let scene = build.finish();
+    let solid_angle = 4.0 * (half * half / (height * (2.0 * half * half + height * height).sqrt())).atan();
+    let (power, moment) = landed(&scene);
+    assert_close(f64::from(power.x), 7.0 * solid_angle, 2e-3, "power of a mirrored point light");
+    assert!(moment.y < -0.8 * power.x, "light comes from below: {moment} of {power}");
+}
+
+/// Share of light that a plane plate of index `ior` lets pass at a cosine, with all reflections inside.
+fn passed_by_plate(cos: f64, ior: f64) -> f64 {
+    let inside = (1.0 - (1.0 - cos * cos) / (ior * ior)).sqrt();
+    let (s, p) = ((cos - ior * inside) / (cos + ior * inside), (ior * cos - inside) / (ior * cos + inside));
+    let reflected = 0.5 * (s * s + p * p);
+    (1.0 - reflected).powi(2) / (1.0 - reflected * reflected)
+}
+
+#[test]
+fn a_plate_of_glass_passes_what_fresnel_says() {
+    let mut build = Build::in_light(Vec3::ZERO);
+    build.desc.lights.push(point_light(Vec3::new(0.0, 3.0, 0.0), 5.0));
+    let plate = Affine3::from_scale_rotation_translation(
+        Vec3::new(30.0, 0.05, 30.0),
+        Quat::IDENTITY,
+        Vec3::new(0.0, 1.0, 0.0),
+    );
+    build.add(shapes::cube(), Material::glass("plate", 1.5, 0.0), plate);
+    build.add(shapes::quad(), Material::diffuse("floor", Vec3::ONE), facing(Vec3::Y, 60.0, Vec3::ZERO));
+    let scene = build.finish();
+    // Flux through the plate's face: over cosines as far as the plate reaches, hardly less than all.
+    let (n, mut expected) = (20_000, 0.0);
+    for i in 0..n {
+        let cos = (f64::from(i) + 0.5) / f64::from(n);
+        // Beyond 30 m at a height of 1.95 m, a square: the missing corner of light is below a percent.
+        let reach = if cos > 1.95 / 30.0_f64.hypot(1.95) { 1.0 } else { 0.0 };
+        expected += reach * passed_by_plate(cos, 1.5) * 2.0 * PI * 5.0 / f64::from(n);
+    }
+    let (power, _) = landed(&scene);
+    assert_close(f64::from(power.x), expected, 0.012, "power through a plate");
+}
+
+/// A glass or metal thing over a floor, under a lamp that paths find often enough.
+fn under_lamp(thing: Material, level: u32) -> Scene {
+    Build::in_light(Vec3::ZERO)
+        .add(shapes::quad(), Material::diffuse("floor", Vec3::splat(0.6)), floor())
+        .add(shapes::sphere(level, true), thing, ball(0.8, Vec3::new(0.0, 0.9, 0.0)))
+        .add(
+            shapes::quad(),
+            Material::emitter("lamp", Vec3::splat(20.0), false),
+            facing(-Vec3::Y, 1.0, Vec3::new(0.5, 4.0, 0.0)),
+        )
+        .finish()
+}
+
+#[test]
+fn a_lens_gives_the_light_that_paths_find() {
+    assert_same_light(&under_lamp(Material::glass("glass", 1.5, 0.0), 4), 1024, 0.01, "glass ball");
+}
+
+#[test]
+fn rough_glass_gives_the_light_that_paths_find() {
+    assert_same_light(&under_lamp(Material::glass("frosted", 1.5, 0.25), 3), 512, 0.01, "frosted ball");
+}
+
+#[test]
+fn a_mirror_ball_gives_the_light_that_paths_find() {
+    assert_same_light(&under_lamp(mirror(), 4), 512, 0.01, "mirror ball");
+}
+
+#[test]
+fn coated_colour_gives_the_light_that_paths_find() {
+    let varnished = Material {
+        clearcoat: ScalarInput::new(1.0),
+        clearcoat_roughness: ScalarInput::new(0.0),
+        roughness: ScalarInput::new(0.5),
+        ..Material::diffuse("varnished", Vec3::new(0.5, 0.2, 0.1))
+    };
+    assert_same_light(&under_lamp(varnished, 3), 512, 0.0025, "varnished ball");
+}
+
+#[test]
+fn the_sky_through_a_lens_gives_the_light_that_paths_find() {
+    let scene = Build::in_light(Vec3::new(1.0, 1.5, 2.0))
+        .add(shapes::quad(), Material::diffuse("floor", Vec3::splat(0.6)), floor())
+        .add(shapes::sphere(3, true), Material::glass("glass", 1.5, 0.0), ball(1.2, Vec3::new(0.0, 1.3, 0.0)))
+        .finish();
+    assert_same_light(&scene, 256, 0.01, "glass ball under a sky");
+}
+
+#[test]
+fn a_lamp_inside_of_glass_gives_the_light_that_paths_find() {
+    let scene = Build::in_light(Vec3::ZERO)
+        .add(shapes::quad(), Material::diffuse("floor", Vec3::splat(0.6)), floor())
+        .add(shapes::sphere(4, true), Material::glass("bulb", 1.5, 0.0), ball(0.8, Vec3::new(0.0, 0.9, 0.0)))
+        .add(
+            shapes::sphere(2, false),
+            Material::emitter("filament", Vec3::splat(30.0), false),
+            ball(0.3, Vec3::new(0.1, 0.8, 0.0)),
+        )
+        .finish();
+    assert_same_light(&scene, 512, 0.01, "lamp in glass");
+}
+
+#[test]
+fn photons_do_not_depend_on_threads() {
+    let scene = under_lamp(Material::glass("glass", 1.5, 0.0), 3);
+    let gather = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        pool.install(|| average(&scene, &settings(1 << 14, None), 3).to_bits())
+    };
+    assert_eq!(gather(1), gather(2));
+    let other = RenderSettings { seed: 1, ..settings(1 << 14, None) };
+    assert_ne!(gather(1), average(&scene, &other, 3).to_bits(), "another seed gives other photons");
+}
