@@ -251,6 +251,14 @@ fn check_indices(desc: &SceneDesc) -> Result<(), SceneError> {
 
 fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), SceneError> {
     let error = |what: String| Err(SceneError::new(what, format!("mesh \"{}\"", mesh.name), ""));
+    if let Some(shape) = &mesh.implicit {
+        if !mesh.triangles.is_empty() || mesh.parts.len() > 1 {
+            return error("an implicit surface has no triangles and one material".into());
+        }
+        if let Err(what) = shape.check() {
+            return error(what);
+        }
+    }
     let vertices = mesh.positions.len();
     if let Some(i) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= vertices) {
         return error(format!("vertex index {i} is out of range, there are {vertices} vertices"));
@@ -280,6 +288,9 @@ pub fn is_usable(p: Vec3) -> bool {
 
 /// Collapses unusable triangles, snaps positions, and says what was found.
 fn repair_mesh(mesh: &mut Mesh) -> Vec<Diagnostic> {
+    if mesh.implicit.is_some() {
+        return Vec::new();
+    }
     let mut found = TriangleFindings::default();
     for triangle in &mut mesh.triangles {
         if !found.look_at(triangle.map(|i| mesh.positions[i as usize])) {
