@@ -1,6 +1,6 @@
 //! What a render computes on.
 
-use crate::{Error, RenderRequest};
+use crate::{Error, ErrorClass, RenderRequest};
 use std::sync::{Mutex, PoisonError};
 use vastlight_accel::kdtree::KdKind;
 use vastlight_gpu::page::PageStats;
@@ -54,6 +54,14 @@ impl DeviceRequest {
     #[must_use]
     pub fn falls_back(&self) -> bool {
         self.fallback || self.device == Device::Auto
+    }
+
+    /// For work that no graphics processor can do: an error if one was asked for.
+    pub(crate) fn refuse(&self, what: &str) -> Result<(), Error> {
+        match self.device {
+            Device::Auto | Device::Cpu => Ok(()),
+            Device::Gpu(_) => Err(Error::new(ErrorClass::Device, what, "--device gpu", "use --device cpu")),
+        }
     }
 
     /// The graphics processor for a request; none for the CPU.

@@ -182,7 +182,10 @@ fn given_files(given: &[String], placed: &[Placed], options: &LoadOptions) -> Re
         if name.starts_with("demo:") {
             let size = triangles.map_or(String::new(), |n| format!(", {n} triangles"));
             let moment = if time == 0.0 { String::new() } else { format!(", at {time} s") };
-            return Ok(SourceFile { name: format!("{name} (seed {seed}{size}{moment})"), ..SourceFile::default() });
+            return Ok(SourceFile {
+                name: format!("{name} (seed {seed}{size}{moment})"),
+                ..SourceFile::default()
+            });
         }
         SourceFile::of_path(Path::new(name)).map_err(|e| Error::scene(e.to_string(), name.as_str(), ""))
     };

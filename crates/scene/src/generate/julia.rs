@@ -1,4 +1,4 @@
-//! A quaternion Julia set of polished metal over a dark plinth: a fractal surface without triangles. Its constant goes around a
+//! A quaternion Julia set of brushed gold over a dark plinth: a fractal surface without triangles. Its constant goes around a
 //! circle with time.
 
 use super::caustic_sphere::square_lamp;
@@ -17,8 +17,8 @@ const PERIOD: f32 = 24.0;
 pub(super) fn julia(options: &GenerateOptions) -> SceneDesc {
     let mut b = Builder::default();
     let metal = b.material(Material {
-        conductor: Conductor::named("copper"),
-        ..Material::metal("copper", Vec3::ONE, 0.22)
+        conductor: Conductor::named("gold"),
+        ..Material::metal("gold", Vec3::ONE, 0.3)
     });
     let floor = b.material(Material {
         roughness: ScalarInput::new(0.3),
@@ -34,16 +34,16 @@ pub(super) fn julia(options: &GenerateOptions) -> SceneDesc {
     b.implicit("julia set", metal, ImplicitShape::Julia(set_at(options.time)));
     let name = b.desc.instances.len() - 1;
     b.desc.instances[name].world_from_object.translation = Vec3::new(0.0, 1.75, 0.0).into();
-    let (key, rim) = (Vec3::new(24.0, 21.0, 17.0), Vec3::new(10.0, 14.0, 22.0));
+    let (key, rim) = (Vec3::new(42.0, 38.0, 33.0), Vec3::new(26.0, 34.0, 48.0));
     for (name, color, at, size) in [
-        ("key", key, Vec3::new(-3.6, 5.2, 3.4), 1.6),
-        ("rim", rim, Vec3::new(3.6, 3.4, -3.2), 1.4),
-        ("low", rim * 0.35, Vec3::new(3.4, 0.9, 3.6), 1.0),
+        ("key", key, Vec3::new(-3.4, 4.6, 3.6), 2.0),
+        ("rim", rim, Vec3::new(4.6, 4.6, -2.2), 2.0),
+        ("low", rim * 0.4, Vec3::new(4.4, 1.4, 4.4), 1.6),
     ] {
         let lamp = b.material(Material::emitter(name, color, false));
         b.object(name, lamp, &square_lamp(at, Vec3::new(0.0, 1.6, 0.0), size));
     }
-    b.desc.environment = Some(Environment::Constant(Vec3::new(0.05, 0.06, 0.08)));
+    b.desc.environment = Some(Environment::Constant(Vec3::new(0.22, 0.25, 0.3)));
     b.desc.cameras.push(Camera::look_at(
         "front",
         Vec3::new(1.2, 2.6, 5.6),
@@ -57,7 +57,7 @@ pub(super) fn julia(options: &GenerateOptions) -> SceneDesc {
 fn set_at(time: f32) -> Julia {
     let (sin, cos) = sin_cos(TAU * (time / PERIOD).fract());
     let [x, y, z, w] = CONSTANT;
-    Julia { c: [x, y, z + CIRCLE * (cos - 1.0), w + CIRCLE * sin], slice: 0.0, iterations: 11 }
+    Julia { c: [x, y, z + CIRCLE * (cos - 1.0), w + CIRCLE * sin], slice: 0.0, iterations: 9 }
 }
 
 /// A round plinth with a chamfered edge.

@@ -33,8 +33,8 @@ pub(super) fn metaballs(options: &GenerateOptions) -> SceneDesc {
         let balls = balls(chance.part(part), count, (middle, spread), size, options.time);
         ImplicitShape::Metaballs(Metaballs { balls, threshold: 0.2 })
     };
-    let (left, right) = (Vec3::new(-0.5, 2.15, 0.0), Vec3::new(2.6, 1.5, -1.6));
-    b.implicit("glass", glass, cloud(1, 8, left, Vec3::new(2.2, 1.2, 1.4), 1.75));
+    let (left, right) = (Vec3::new(-0.8, 2.3, 0.2), Vec3::new(2.5, 1.5, -0.9));
+    b.implicit("glass", glass, cloud(1, 8, left, Vec3::new(2.3, 1.4, 1.5), 1.65));
     b.implicit("gold", gold, cloud(2, 6, right, Vec3::new(1.2, 0.9, 1.1), 1.2));
     b.desc.cameras.push(Camera::look_at(
         "front",
@@ -58,7 +58,7 @@ fn stage(b: &mut Builder, seed: u32) {
     let back = b.material(Material::diffuse("back", srgb(0xd8d4cc)));
     let teal = b.material(Material::diffuse("teal", srgb(0x2f8f94)));
     let coral = b.material(Material::diffuse("coral", srgb(0xd9694a)));
-    let lamp = b.material(Material::emitter("lamp", Vec3::new(300.0, 285.0, 255.0), false));
+    let lamp = b.material(Material::emitter("lamp", Vec3::new(900.0, 855.0, 765.0), false));
     let corner = |x: f32, y: f32, z: f32| Vec3::new(x * HALF, y * HEIGHT, z * HALF);
     let mut wall = |name: &str, material: u32, corners: [Vec3; 4]| {
         let mut shape = Shape::default();
@@ -74,7 +74,7 @@ fn stage(b: &mut Builder, seed: u32) {
     wall("left", teal, upright(low[0], low[3]));
     wall("right", coral, upright(low[2], low[1]));
     b.object("lamp", lamp, &square_lamp(Vec3::new(-2.6, 5.7, 1.6), Vec3::new(0.4, 0.0, -0.3), 0.4));
-    b.desc.environment = Some(Environment::Constant(Vec3::new(0.16, 0.18, 0.22)));
+    b.desc.environment = Some(Environment::Constant(Vec3::new(0.4, 0.45, 0.55)));
 }
 
 /// Balls of about `size` that swing about `middle` as far as `spread`, each in its own time.

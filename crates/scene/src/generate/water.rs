@@ -12,7 +12,7 @@ use vastlight_math::{Vec2, Vec3, real};
 
 /// Half the pool's width and length, and its depth below the still water.
 const HALF: Vec2 = Vec2::new(2.5, 3.5);
-const DEPTH: f32 = 1.5;
+const DEPTH: f32 = 1.2;
 /// From the water to the rim.
 const RIM: f32 = 0.18;
 /// The water reaches so far into walls and floor, whose sides it does not touch.
@@ -22,7 +22,7 @@ const CELLS: u32 = 320;
 const WAVES: u32 = 14;
 const GRAVITY: f32 = 9.81;
 
-/// A pool of 5 x 7 x 1.5 metres with a lamp of 0.3 x 0.3 eight metres above.
+/// A pool of 5 x 7 x 1.2 metres with a lamp of 0.4 x 0.4 eight metres above.
 pub(super) fn water(options: &GenerateOptions) -> SceneDesc {
     let mut b = Builder::default();
     pool(&mut b, options.seed as u32);
@@ -32,13 +32,13 @@ pub(super) fn water(options: &GenerateOptions) -> SceneDesc {
         ..Material::glass("water", 1.33, 0.0)
     });
     b.object("water", water, &volume(&waves(options.seed), options.time));
-    let lamp = b.material(Material::emitter("lamp", Vec3::new(9500.0, 9000.0, 8200.0), false));
-    b.object("lamp", lamp, &square_lamp(Vec3::new(2.0, 8.0, -3.0), Vec3::new(0.0, -DEPTH, 0.0), 0.3));
-    b.desc.environment = Some(Environment::Constant(Vec3::new(0.20, 0.27, 0.36)));
+    let lamp = b.material(Material::emitter("lamp", Vec3::new(9000.0, 8500.0, 7700.0), false));
+    b.object("lamp", lamp, &square_lamp(Vec3::new(2.0, 8.0, -3.0), Vec3::new(0.0, -DEPTH, 0.0), 0.4));
+    b.desc.environment = Some(Environment::Constant(Vec3::new(0.34, 0.44, 0.58)));
     b.desc.cameras.push(Camera::look_at(
         "rim",
-        Vec3::new(-0.6, 3.4, 5.6),
-        Vec3::new(0.15, -0.95, -0.3),
+        Vec3::new(-0.7, 2.7, 4.9),
+        Vec3::new(0.1, -0.9, 0.2),
         42_f32.to_radians(),
     ));
     b.desc

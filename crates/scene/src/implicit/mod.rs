@@ -138,7 +138,7 @@ mod tests {
         for shape in shapes() {
             let bounds = shape.bounds();
             let inside = points(20_000).filter(|&p| shape.field(p).0 > 0.0);
-            let count = inside.inspect(|p| assert!(bounds.contains(p.as_vec3()), "{shape:?} {p}")).count();
+            let count = inside.inspect(|p| assert!(bounds.contains(&Aabb::point(p.as_vec3())), "{shape:?} {p}")).count();
             assert!(count > 100);
         }
     }
