@@ -126,11 +126,10 @@ fn volume(waves: &[Wave], time: f32) -> Shape {
     });
     let top = shape.positions.clone();
     let bottom = |p: Vec3| p.with_y(-DEPTH - OVERLAP);
-    shape.merge(&solids::grid(CELLS, CELLS, |u, v| {
-        let p = place(u, 1.0 - v);
-        (bottom(Vec3::new(p.x, 0.0, p.y)), Vec3::NEG_Y)
-    }));
     let at = |column: u32, row: u32| top[(row * (CELLS + 1) + column) as usize];
+    // The same corners as the surface's, to the bit, so that the volume is closed.
+    let cell = |x: f32| (x * CELLS as f32).round() as u32;
+    shape.merge(&solids::grid(CELLS, CELLS, |u, v| (bottom(at(cell(u), CELLS - cell(v))), Vec3::NEG_Y)));
     for i in 0..CELLS {
         let sides = [
             [at(i, CELLS), at(i + 1, CELLS)],

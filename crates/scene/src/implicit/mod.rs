@@ -138,7 +138,9 @@ mod tests {
         for shape in shapes() {
             let bounds = shape.bounds();
             let inside = points(20_000).filter(|&p| shape.field(p).0 > 0.0);
-            let count = inside.inspect(|p| assert!(bounds.contains(&Aabb::point(p.as_vec3())), "{shape:?} {p}")).count();
+            let count = inside
+                .inspect(|p| assert!(bounds.contains(&Aabb::point(p.as_vec3())), "{shape:?} {p}"))
+                .count();
             assert!(count > 100);
         }
     }
@@ -147,18 +149,18 @@ mod tests {
     fn projections_lie_on_the_surface() {
         for shape in shapes() {
             let mut count = 0;
-            for p in points(20_000) {
+            for p in points(80_000) {
                 let (value, gradient) = shape.field(p);
-                if !(value.abs() / gradient.length() < 1e-5) {
+                if !(value.abs() / gradient.length() < 2e-4) {
                     continue;
                 }
                 let there = shape.project(p);
                 assert!(shape.field(there.position).0.abs() <= 1e-11 * (1.0 + gradient.length()));
-                assert!(there.position.distance(p) < 3e-5);
+                assert!(there.position.distance(p) < 1e-3);
                 assert!(there.normal.dot(gradient) < 0.0);
                 count += 1;
             }
-            assert!(count > 0 || matches!(shape, ImplicitShape::Metaballs(_)));
+            assert!(count > 0);
         }
         let far = shapes()[0].project(DVec3::splat(9.0));
         assert_eq!((far.position, far.normal), (DVec3::splat(9.0), DVec3::ZERO), "nothing is near");
