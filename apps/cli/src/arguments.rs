@@ -148,6 +148,9 @@ pub(crate) struct SceneArguments {
     /// Bytes of texture, for demo scenes that can be asked for them (8GiB, 512MiB)
     #[arg(long, value_name = "SIZE", value_parser = vastlight::parse_bytes)]
     texture_bytes: Option<u64>,
+    /// Moment of a demo scene that moves, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
+    time: f32,
 }
 
 impl SceneArguments {
@@ -157,6 +160,7 @@ impl SceneArguments {
         options.import.scene.clone_from(&self.file_scene);
         options.generate.triangles = self.triangles;
         options.generate.texture_bytes = self.texture_bytes;
+        options.generate.time = self.time;
         options.environment.clone_from(&self.env);
         options.sun = self.sun;
         options.overrides = self.overrides.as_deref().map(vastlight::Overrides::read).transpose()?;

@@ -1,6 +1,7 @@
 //! Why a scene could not be written.
 
 use std::path::Path;
+use vastlight_scene::Mesh;
 
 /// Why a scene could not be written: what, where, and a hint.
 #[derive(Debug, thiserror::Error)]
@@ -20,6 +21,14 @@ pub enum ExportError {
         what: String,
         /// What to do instead.
         hint: String,
+    },
+    /// A surface has no triangles.
+    #[error(
+        "{place}: an implicit surface cannot be written (render the scene itself, such as demo:metaballs)"
+    )]
+    Implicit {
+        /// The surface.
+        place: String,
     },
     /// The file cannot be written.
     #[error("{place}: {source}")]
@@ -45,6 +54,10 @@ pub enum ExportError {
 impl ExportError {
     pub(crate) fn format(path: &Path) -> Self {
         Self::Format { place: path.display().to_string() }
+    }
+
+    pub(crate) fn implicit(mesh: &Mesh) -> Self {
+        Self::Implicit { place: format!("mesh \"{}\"", mesh.name) }
     }
 
     pub(crate) fn io(path: &Path, source: std::io::Error) -> Self {

@@ -34,9 +34,12 @@ pub const FORMATS: [&str; 3] = ["glb", "ply", "obj"];
 /// Writes `scene` to `path` in the format of its extension; returns what the format could not hold.
 ///
 /// # Errors
-/// The extension is none of [`FORMATS`], the scene is larger than the format allows, or the file cannot be written.
+/// The extension is none of [`FORMATS`], the scene is larger than the format allows or has implicit surfaces, or the file cannot be written.
 /// The target is then left as it was.
 pub fn write(scene: &Scene, path: &Path) -> Result<Diagnostics, ExportError> {
+    if let Some(mesh) = scene.implicit_mesh() {
+        return Err(ExportError::implicit(mesh));
+    }
     write_source(scene, path)
 }
 

@@ -80,6 +80,9 @@ impl<'a> Streamed<'a> {
 
     fn prepared(&self, piece: Result<Piece, SceneError>) -> Result<Piece, ExportError> {
         let mut piece = piece?;
+        if piece.mesh.implicit.is_some() {
+            return Err(ExportError::implicit(&piece.mesh));
+        }
         self.preparation.prepare(&mut piece.mesh)?;
         piece.instances.retain(|i| can_be_placed(&i.world_from_object));
         let names = self.tables.desc().names.len();

@@ -1,6 +1,8 @@
 //! Triangle meshes.
 
+use crate::ImplicitShape;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use vastlight_math::{Aabb, Vec2, Vec3, Vec4};
 
 /// A run of a mesh's triangles that share one material.
@@ -35,12 +37,19 @@ pub struct Mesh {
     pub colors: Vec<Vec4>,
     /// Material runs; empty means material 0 for all triangles.
     pub parts: Vec<Part>,
+    /// A surface without triangles; then there are no triangles, and the material is that of triangle 0. No store and no
+    /// file format holds it.
+    #[serde(skip)]
+    pub implicit: Option<Arc<ImplicitShape>>,
 }
 
 impl Mesh {
-    /// The box around all vertices that triangles use; empty without triangles.
+    /// The box around the implicit surface, or around all vertices that triangles use; empty without either.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
+        if let Some(shape) = &self.implicit {
+            return shape.bounds();
+        }
         Aabb::from_points(self.triangles.iter().flatten().map(|&i| self.positions[i as usize]))
     }
 

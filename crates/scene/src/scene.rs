@@ -120,6 +120,7 @@ impl Scene {
         if desc.cameras.is_empty() {
             desc.cameras.push(Camera::framing(&bounds));
         }
+        warn_of_implicit_lamps(&mut desc);
         let environment = environment_or_sky(&mut desc);
         Self { desc, instances: Arc::new(instances), environment, bounds, extents }
     }
@@ -208,6 +209,12 @@ impl Scene {
         &self.environment
     }
 
+    /// An implicit surface, if the scene has one.
+    #[must_use]
+    pub fn implicit_mesh(&self) -> Option<&Mesh> {
+        self.desc.meshes.iter().find(|mesh| mesh.implicit.is_some())
+    }
+
     /// Findings of the importer and of the validation.
     #[must_use]
     pub fn diagnostics(&self) -> &Diagnostics {
@@ -251,6 +258,14 @@ fn check_indices(desc: &SceneDesc) -> Result<(), SceneError> {
 
 fn check_mesh(mesh: &Mesh, materials: usize) -> Result<(), SceneError> {
     let error = |what: String| Err(SceneError::new(what, format!("mesh \"{}\"", mesh.name), ""));
+    if let Some(shape) = &mesh.implicit {
+        if !mesh.triangles.is_empty() || mesh.parts.len() > 1 {
+            return error("an implicit surface has no triangles and one material".into());
+        }
+        if let Err(what) = shape.check() {
+            return error(what);
+        }
+    }
     let vertices = mesh.positions.len();
     if let Some(i) = mesh.triangles.iter().flatten().find(|&&i| i as usize >= vertices) {
         return error(format!("vertex index {i} is out of range, there are {vertices} vertices"));
@@ -280,6 +295,9 @@ pub fn is_usable(p: Vec3) -> bool {
 
 /// Collapses unusable triangles, snaps positions, and says what was found.
 fn repair_mesh(mesh: &mut Mesh) -> Vec<Diagnostic> {
+    if mesh.implicit.is_some() {
+        return Vec::new();
+    }
     let mut found = TriangleFindings::default();
     for triangle in &mut mesh.triangles {
         if !found.look_at(triangle.map(|i| mesh.positions[i as usize])) {
@@ -369,6 +387,17 @@ fn drop_singular_instances(instances: &mut Instances, diagnostics: &mut Diagnost
 /// Instances that one thread looks at at a time.
 const CHUNK: usize = 1 << 12;
 
+/// Only triangles are lights that can be asked for.
+fn warn_of_implicit_lamps(desc: &mut SceneDesc) {
+    let shines =
+        |mesh: &&Mesh| mesh.implicit.is_some() && desc.materials[mesh.material_of(0) as usize].is_emissive();
+    if let Some(mesh) = desc.meshes.iter().find(shines) {
+        let place = format!("mesh \"{}\"", mesh.name);
+        let what = "an implicit surface that emits lights others by chance alone, with much noise";
+        desc.diagnostics.warn(what, place, "put a lamp of triangles beside it");
+    }
+}
+
 fn world_bounds(instances: &Instances, extents: &[MeshExtent]) -> Aabb {
     let bounds = |i: usize| extents[instances.mesh(i) as usize].bounds.transformed(instances.map(i));
     let around =
@@ -403,7 +432,33 @@ fn environment_or_sky(desc: &mut SceneDesc) -> Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Instance;
+    use crate::{ImplicitShape, Instance, Metaball, Metaballs};
+
+    fn one_ball(threshold: f32) -> SceneDesc {
+        let balls = vec![Metaball { center: Vec3::X, radius: 2.0, strength: 1.0 }];
+        let shape = ImplicitShape::Metaballs(Metaballs { balls, threshold });
+        let mut desc = one_triangle();
+        desc.meshes[0] = Mesh { name: "ball".into(), implicit: Some(Arc::new(shape)), ..Mesh::default() };
+        desc
+    }
+
+    #[test]
+    fn implicit_surfaces_are_meshes_without_triangles() {
+        let scene = Scene::new(one_ball(0.5)).expect("valid");
+        assert!(scene.diagnostics().items().is_empty());
+        assert_eq!(scene.bounds(), Aabb { min: Vec3::new(-1.0, -2.0, -2.0), max: Vec3::new(3.0, 2.0, 2.0) });
+        assert_eq!(scene.implicit_mesh().map(|mesh| mesh.name.as_str()), Some("ball"));
+        let error = Scene::new(one_ball(2.0)).expect_err("nothing is inside");
+        assert!(error.to_string().contains("ball"), "{error}");
+        let mut both = one_ball(0.5);
+        both.meshes[0].positions = vec![Vec3::ZERO];
+        both.meshes[0].triangles = vec![[0; 3]];
+        assert!(Scene::new(both).expect_err("both").to_string().contains("no triangles"));
+        let mut lamp = one_ball(0.5);
+        lamp.materials.push(Material::emitter("lamp", Vec3::ONE, true));
+        let lamp = Scene::new(lamp).expect("valid");
+        assert!(lamp.diagnostics().items().iter().any(|item| item.what.contains("by chance")));
+    }
 
     fn one_triangle() -> SceneDesc {
         SceneDesc {

@@ -8,6 +8,7 @@ mod bundle;
 mod flight;
 mod grid;
 mod hit;
+mod implicit;
 mod instance;
 mod judge;
 mod kd;

@@ -96,10 +96,11 @@ pub struct Outlets<'a> {
 }
 
 impl Tracer {
-    /// Whether [`Tracer::traverse`] and [`Tracer::intersect`] do anything: they need threaded kd-trees.
+    /// Whether [`Tracer::traverse`] and [`Tracer::intersect`] do anything: they need threaded kd-trees, and no surfaces
+    /// beside those.
     #[must_use]
     pub fn has_stream_kernels(&self) -> bool {
-        self.kd.as_ref().is_some_and(|kd| !kd.stacked)
+        self.implicits.is_none() && self.kd.as_ref().is_some_and(|kd| !kd.stacked)
     }
 
     /// The traversal kernel: brings the rays of `rays` in the slots `queue` to their next leaf.

@@ -1,6 +1,7 @@
 //! A scene made traceable.
 
 use crate::grid::GridTop;
+use crate::implicit::Implicits;
 use crate::instance::{MeshSpace, Places};
 use crate::judge::Filtered;
 use crate::kd::{KdBatch, KdScene};
@@ -120,6 +121,8 @@ pub struct Tracer {
     pub(crate) grid: Option<GridTop>,
     /// In the place of `meshes` and `top`.
     pub(crate) kd: Option<KdScene>,
+    /// Beside the triangles.
+    pub(crate) implicits: Option<Implicits>,
     /// Room that a ray needs for children that wait.
     pub(crate) stack_entries: usize,
     pub(crate) bundles: bool,
@@ -268,6 +271,7 @@ impl Tracer {
             top,
             grid,
             kd: None,
+            implicits: Implicits::new(scene),
             stack_entries,
             level: build.level,
             report,
@@ -308,6 +312,7 @@ impl Tracer {
             top: InstanceBvh::default(),
             grid: None,
             kd: Some(kd),
+            implicits: Implicits::new(scene),
             stack_entries: 0,
             bundles: false,
             level,
@@ -321,13 +326,19 @@ impl Tracer {
     /// without a place in `hits` are not traced.
     pub fn closest(&self, rays: &[Ray], filter: &dyn HitFilter, hits: &mut [Hit]) {
         let rays = &rays[..rays.len().min(hits.len())];
-        self.trace::<_, false>(rays, filter, hits);
+        self.trace::<_, false>(rays, filter, &mut *hits);
+        if let Some(implicits) = &self.implicits {
+            implicits.closest(rays, filter, hits);
+        }
     }
 
     /// Whether each ray has a hit that `filter` accepts; otherwise as [`Tracer::closest`].
     pub fn occluded(&self, rays: &[Ray], filter: &dyn HitFilter, occluded: &mut [bool]) {
         let rays = &rays[..rays.len().min(occluded.len())];
-        self.trace::<_, true>(rays, filter, occluded);
+        self.trace::<_, true>(rays, filter, &mut *occluded);
+        if let Some(implicits) = &self.implicits {
+            implicits.occluded(rays, filter, occluded);
+        }
     }
 
     fn trace<A: Answers, const ANY: bool>(&self, rays: &[Ray], filter: &dyn HitFilter, answers: A) {
@@ -376,8 +387,9 @@ impl Tracer {
 
     /// Around all that rays can hit.
     #[must_use]
-    pub fn world(&self) -> &Aabb {
-        &self.places.world
+    pub fn world(&self) -> Aabb {
+        let implicits = self.implicits.as_ref().map_or(Aabb::EMPTY, |implicits| implicits.world);
+        self.places.world.union(implicits)
     }
 
     /// Whether rays go through kd-trees, not through pages or blocks below a BVH.
@@ -390,6 +402,20 @@ impl Tracer {
     #[must_use]
     pub fn report(&self) -> &BuildReport {
         &self.report
+    }
+
+    /// Whether the scene has surfaces without triangles.
+    #[must_use]
+    pub fn has_implicit_surfaces(&self) -> bool {
+        self.implicits.is_some()
+    }
+
+    /// An error for a scene with surfaces that words cannot tell.
+    pub(crate) fn refuse_implicit_surfaces(&self) -> Result<(), TraceError> {
+        if self.has_implicit_surfaces() {
+            return Err(TraceError::Words("implicit surfaces are met by the CPU alone"));
+        }
+        Ok(())
     }
 
     /// The instructions in use.

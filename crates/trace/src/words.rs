@@ -73,6 +73,7 @@ impl Tracer {
     /// Its meshes are not in the layout [`Compact`](crate::Layout::Compact), there is no tree over the instances, or pages
     /// have 2^31 words or more.
     pub fn words(&self, page_bytes: usize) -> Result<TracerWords, TraceError> {
+        self.refuse_implicit_surfaces()?;
         if self.grid.is_some() || self.kd.is_some() {
             return Err(TraceError::Words("there is no tree over the instances"));
         }

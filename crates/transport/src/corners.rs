@@ -21,9 +21,12 @@ pub(crate) struct MeshCorners<'m> {
 }
 
 impl<'m> MeshCorners<'m> {
+    /// The corners of the hit triangle. A mesh without triangles has none of all that corners have: then only points must not be
+    /// asked for.
     #[inline(always)]
     pub(crate) fn new(mesh: &'m Mesh, hit: &Hit) -> Self {
-        Self { mesh, index: mesh.triangles[hit.prim as usize].map(|i| i as usize) }
+        let corners = mesh.triangles.get(hit.prim as usize).copied().unwrap_or_default();
+        Self { mesh, index: corners.map(|i| i as usize) }
     }
 
     #[inline(always)]

@@ -9,9 +9,9 @@
 use crate::corners::{Corners, MeshCorners};
 use crate::material::ShadingPoint;
 use crate::placement::Placement;
-use vastlight_math::glam::DVec3;
-use vastlight_math::{Affine3, Frame, Vec3, Vec4};
-use vastlight_scene::{Mesh, Scene};
+use vastlight_math::glam::{DAffine3, DVec3};
+use vastlight_math::{Affine3, Frame, Ray, Vec3, Vec4};
+use vastlight_scene::{ImplicitShape, Mesh, Scene};
 use vastlight_trace::Hit;
 
 /// A point of a surface in world space. Normals are on the outside: the side from which the triangle's corners run
@@ -67,6 +67,30 @@ impl Surface {
                 along.extend(tangents[0].w * placement.handedness)
             }),
             attributes: attributes(corners, hit, uv_sets),
+        }
+    }
+
+    /// The surface of an implicit shape where `ray` hit it at distance `t`: polished to the surface, so that the error is that of the
+    /// position's rounding and of the way back. Its normal is exact and smooth; it has no texture coordinates.
+    #[inline(never)]
+    pub(crate) fn of_implicit(
+        (map, placement): (&Affine3, &Placement),
+        shape: &ImplicitShape,
+        (ray, t): (&Ray, f32),
+    ) -> Self {
+        let wide = DAffine3 { matrix3: map.matrix3.as_dmat3(), translation: map.translation.as_dvec3() };
+        let hit = ray.origin.as_dvec3() + ray.direction.as_dvec3() * f64::from(t);
+        let point = shape.project(wide.inverse().transform_point3(hit));
+        let position = wide.transform_point3(point.position).as_vec3();
+        let outward = point.normal.normalize_or_zero().as_vec3();
+        let normal = placement.normal(outward, -ray.direction.normalize_or(Vec3::NEG_Z));
+        Self {
+            position,
+            offset: placement.error([point.position.as_vec3(); 3], position) * normal.abs().element_sum(),
+            normal,
+            smooth_normal: normal,
+            tangent: Vec4::ZERO,
+            attributes: ShadingPoint::default(),
         }
     }
 

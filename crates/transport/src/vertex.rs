@@ -43,19 +43,21 @@ impl<'a> Vertex<'a> {
         page: Option<PageHit<'_>>,
         own: &'a mut Option<Evaluated>,
     ) -> Self {
-        let material = mesh_of(context.scene, hit).material_of(hit.prim);
+        let mesh = mesh_of(context.scene, hit);
+        let material = mesh.material_of(hit.prim);
         let table = context.materials;
         let with_tangent = table.needs_tangent(material);
         let map = context.scene.instances().map(hit.instance as usize);
         let placement = context.placements.get(map, hit.instance);
         let place = (map, &placement);
         let uv_sets = table.uv_sets(material);
-        let surface = match page {
-            None => {
-                let corners = MeshCorners::new(mesh_of(context.scene, hit), hit);
+        let surface = match (page, &mesh.implicit) {
+            (Some(page), _) => surface_in_page(place, (ray, cone), hit, &page.corners, uv_sets, with_tangent),
+            (None, None) => {
+                let corners = MeshCorners::new(mesh, hit);
                 surface(place, (ray, cone), hit, &corners, uv_sets, with_tangent)
             }
-            Some(page) => surface_in_page(place, (ray, cone), hit, &page.corners, uv_sets, with_tangent),
+            (None, Some(shape)) => Surface::of_implicit(place, shape, (ray, hit.t)),
         };
         let mut frame = surface.frame();
         let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {

@@ -57,6 +57,14 @@ impl DeviceRequest {
         self.fallback || self.device == Device::Auto
     }
 
+    /// For work that no graphics processor can do: an error if one was asked for.
+    pub(crate) fn refuse(&self, what: &str) -> Result<(), Error> {
+        match self.device {
+            Device::Auto | Device::Cpu => Ok(()),
+            Device::Gpu(_) => Err(Error::new(ErrorClass::Device, what, "--device gpu", "use --device cpu")),
+        }
+    }
+
     /// The graphics processor for a request; none for the CPU.
     ///
     /// # Errors

@@ -177,11 +177,15 @@ pub(crate) fn request_of(source: &str, options: &LoadOptions) -> Result<(Vec<Sou
 fn given_files(given: &[String], placed: &[Placed], options: &LoadOptions) -> Result<Vec<SourceFile>, Error> {
     let manifests = given.iter().filter(|source| is_manifest(source));
     let names = manifests.chain(placed.iter().map(|file| &file.source));
-    let GenerateOptions { triangles, seed, .. } = options.generate;
+    let GenerateOptions { triangles, seed, time, .. } = options.generate;
     let file = |name: &String| {
         if name.starts_with("demo:") {
             let size = triangles.map_or(String::new(), |n| format!(", {n} triangles"));
-            return Ok(SourceFile { name: format!("{name} (seed {seed}{size})"), ..SourceFile::default() });
+            let moment = if time == 0.0 { String::new() } else { format!(", at {time} s") };
+            return Ok(SourceFile {
+                name: format!("{name} (seed {seed}{size}{moment})"),
+                ..SourceFile::default()
+            });
         }
         SourceFile::of_path(Path::new(name)).map_err(|e| Error::scene(e.to_string(), name.as_str(), ""))
     };

@@ -104,6 +104,15 @@ pub fn pack_within(
     }
 }
 
+/// Refuses what has no triangles to put into pages.
+fn refuse_implicit(piece: &Piece) -> Result<(), Error> {
+    if piece.mesh.implicit.is_none() {
+        return Ok(());
+    }
+    let place = format!("mesh \"{}\"", piece.mesh.name);
+    Err(Error::scene("a store holds no implicit surfaces", place, "render the scene itself, in memory"))
+}
+
 /// Refuses pages that no reader would believe.
 fn check_config(config: &PackConfig) -> Result<(), Error> {
     let PackConfig { page_bytes, tile_bytes, .. } = config;
@@ -232,7 +241,9 @@ impl<'c> Packing<'c> {
         let mut next = if self.large { None } else { pieces.nth(self.meshes_done) };
         let mut batch = Vec::new();
         while let Some(piece) = next {
-            self.add_piece(piece?, &mut batch)?;
+            let piece = piece?;
+            refuse_implicit(&piece)?;
+            self.add_piece(piece, &mut batch)?;
             next = pieces.next();
         }
         self.add(&mut batch)?;

@@ -148,6 +148,9 @@ fn on_graphics_processor(
     request: &RenderRequest,
     control: &Control<'_>,
 ) -> Result<Option<Rendered>, Error> {
+    if open.scene.implicit_mesh().is_some() {
+        return request.device.refuse("implicit surfaces are rendered by the CPU alone").map(|()| None);
+    }
     let Some(mut executor) = request.device.open()? else { return Ok(None) };
     let request = RenderRequest { tracer: structures(request), ..request.clone() };
     render_with(open, &request, control, Some(&mut executor)).map(Some)

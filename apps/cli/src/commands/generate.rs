@@ -29,6 +29,9 @@ pub(crate) struct Generate {
     /// Another seed is another scene of the kind
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+    /// Moment, for scenes that move, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
+    time: f32,
 }
 
 pub(crate) fn run(arguments: &Generate, common: &Common, start: Instant) -> Result<Exit, Error> {
@@ -36,6 +39,7 @@ pub(crate) fn run(arguments: &Generate, common: &Common, start: Instant) -> Resu
         triangles: arguments.triangles,
         texture_bytes: arguments.texture_bytes,
         seed: arguments.seed,
+        time: arguments.time,
     };
     let source = format!("demo:{}", arguments.kind);
     let load = LoadOptions { generate, ..LoadOptions::default() };

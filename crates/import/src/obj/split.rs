@@ -131,6 +131,7 @@ fn extract(whole: &Mesh, pieces: &[Piece], name: String, remap: &mut [u32]) -> M
         uvs: whole.uvs.iter().map(|set| pick(set, &used)).collect(),
         colors: pick(&whole.colors, &used),
         parts: parts(pieces),
+        implicit: None,
     }
 }
 

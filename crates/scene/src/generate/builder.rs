@@ -1,7 +1,10 @@
 //! Collects meshes, materials and places into a [`SceneDesc`].
 
 use super::shape::{Assembly, Shape};
-use crate::{Encoding, Image, Instance, Material, SceneDesc, Texture, TextureTransform};
+use crate::{
+    Encoding, Image, ImplicitShape, Instance, Material, Mesh, Part, SceneDesc, Texture, TextureTransform,
+};
+use std::sync::Arc;
 use vastlight_math::{Affine3, Vec2, Vec3};
 
 /// A scene that grows.
@@ -60,6 +63,17 @@ impl Builder {
         let mut assembly = Assembly::default();
         assembly.add(material, shape);
         self.assembled(name, assembly);
+    }
+
+    /// Adds an implicit surface of one material, and places it where it is.
+    pub(super) fn implicit(&mut self, name: &str, material: u32, shape: ImplicitShape) {
+        self.desc.meshes.push(Mesh {
+            name: name.into(),
+            parts: vec![Part { first_triangle: 0, material }],
+            implicit: Some(Arc::new(shape)),
+            ..Mesh::default()
+        });
+        self.place((self.desc.meshes.len() - 1) as u32, Affine3::IDENTITY);
     }
 
     /// Adds a mesh of several materials, and places it where it is.

@@ -11,11 +11,14 @@ mod chance;
 mod city;
 mod cornell;
 mod extrude;
+mod julia;
 mod lathe;
+mod metaballs;
 mod noise;
 mod noise_lanes;
 mod palette;
 mod plant;
+mod prism;
 mod shape;
 mod solids;
 mod statue;
@@ -25,11 +28,12 @@ mod textured_hall;
 mod textures;
 mod tree;
 mod tube;
+mod water;
 
 use crate::{SceneDesc, SceneError, SceneStream};
 
 /// What a procedural scene may vary in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GenerateOptions {
     /// Triangles wanted, all instances counted; `None` for the demo's own size. Met within 1 %.
     pub triangles: Option<u64>,
@@ -37,6 +41,8 @@ pub struct GenerateOptions {
     pub texture_bytes: Option<u64>,
     /// Chance: the same seed gives the same scene, bit by bit.
     pub seed: u64,
+    /// The moment in seconds, for demos that move; 0 for others.
+    pub time: f32,
 }
 
 /// How large a scene will be.
@@ -55,6 +61,8 @@ struct Demo {
     sizes: Option<Sizes>,
     texture_bytes: Option<Sizes>,
     instanced: Option<fn(&GenerateOptions) -> DemoSize>,
+    /// Whether it is a function of time.
+    moves: bool,
     make: Make,
 }
 
@@ -75,7 +83,12 @@ struct Sizes {
 impl Demo {
     /// A demo of its own size.
     const fn new(name: &'static str, make: Make) -> Self {
-        Self { name, sizes: None, texture_bytes: None, instanced: None, make }
+        Self { name, sizes: None, texture_bytes: None, instanced: None, moves: false, make }
+    }
+
+    /// A demo of its own size that moves.
+    const fn moving(name: &'static str, make: fn(&GenerateOptions) -> SceneDesc) -> Self {
+        Self { moves: true, ..Self::new(name, Make::Whole(make)) }
     }
 
     /// A demo of `least` to `most` triangles.
@@ -92,7 +105,10 @@ const DEMOS: &[Demo] = &[
         ..Demo::sized("city", 200_000, 20_000_000_000, Make::Pieces(city::city))
     },
     Demo::new("cornell", Make::Whole(cornell::cornell)),
+    Demo::moving("julia", julia::julia),
+    Demo::moving("metaballs", metaballs::metaballs),
     Demo::sized("plant", 400_000, 1_000_000_000, Make::Pieces(plant::plant)),
+    Demo::new("prism", Make::Whole(prism::prism)),
     Demo::sized("statue", 20_000, 4_000_000_000, Make::Whole(statue::statue)),
     Demo::new("still-life", Make::Whole(still_life::still_life)),
     Demo::sized("terrain", 20_000, 4_000_000_000, Make::Pieces(terrain::terrain)),
@@ -100,6 +116,7 @@ const DEMOS: &[Demo] = &[
         texture_bytes: Some(textured_hall::TEXTURE_BYTES),
         ..Demo::new("textured-hall", Make::Pieces(textured_hall::textured_hall))
     },
+    Demo::moving("water", water::water),
 ];
 
 /// The names that [`by_name`] knows, in alphabetical order.
@@ -152,7 +169,22 @@ fn find(name: &str, options: &GenerateOptions) -> Result<&'static Demo, SceneErr
     let (triangles, bytes) = ("the number of triangles", "the size of the textures");
     check(triangles, options.triangles, demo.sizes.as_ref(), name)?;
     check(bytes, options.texture_bytes, demo.texture_bytes.as_ref(), name)?;
+    check_time(options.time, demo)?;
     Ok(demo)
+}
+
+/// Whether a demo can be asked for a moment.
+fn check_time(time: f32, demo: &Demo) -> Result<(), SceneError> {
+    /// Longer times have no room for fractions of a second.
+    const LONGEST: f32 = 1e5;
+    let place = format!("demo:{}", demo.name);
+    if time != 0.0 && !demo.moves {
+        return Err(SceneError::new("nothing moves in this scene", place, "leave the time out"));
+    }
+    if time.abs() <= LONGEST {
+        return Ok(());
+    }
+    Err(SceneError::new(format!("the time is out of range: {time} s"), place, "at most 100000 s"))
 }
 
 /// Whether a demo can be asked for so much of something.

@@ -158,6 +158,7 @@ impl Assembly {
             uvs: vec![uvs],
             colors,
             parts: self.parts,
+            implicit: None,
         }
     }
 }

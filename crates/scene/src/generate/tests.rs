@@ -32,6 +32,7 @@ fn fingerprint(desc: &SceneDesc) -> u64 {
         mesh.normals.iter().flat_map(|p| p.to_array()).for_each(|x| eat(x.to_bits()));
         mesh.colors.iter().flat_map(|p| p.to_array()).for_each(|x| eat(x.to_bits()));
         mesh.triangles.iter().flatten().for_each(|&i| eat(i));
+        format!("{:?}", mesh.implicit).bytes().for_each(|byte| eat(byte.into()));
     }
     for instance in &desc.instances {
         instance.world_from_object.to_cols_array().iter().for_each(|x| eat(x.to_bits()));
@@ -71,7 +72,7 @@ fn check_normals(name: &str, mesh: &Mesh) {
 
 #[test]
 fn the_seed_decides_and_nothing_else() {
-    let fixed = ["caustic-sphere", "cornell"];
+    let fixed = ["caustic-sphere", "cornell", "julia", "prism"];
     for (name, desc) in all() {
         let print = fingerprint(desc);
         assert_eq!(print, fingerprint(&small(name, 7)), "{name}");

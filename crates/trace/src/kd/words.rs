@@ -21,6 +21,7 @@ impl Tracer {
     /// # Errors
     /// It has none, or there are 2^30 nodes or blocks of triangles.
     pub fn threaded_words(&self) -> Result<TracerWords, TraceError> {
+        self.refuse_implicit_surfaces()?;
         let Some(kd) = self.kd.as_ref().filter(|kd| !kd.stacked) else {
             return Err(TraceError::Words("there are no threaded kd-trees"));
         };

@@ -123,7 +123,7 @@ impl RaySorter {
             return false;
         }
         let sample = sample(rays);
-        let cells = Cells::new(tracer.world(), &sample);
+        let cells = Cells::new(&tracer.world(), &sample);
         let sorted = when == SortRays::On || in_no_order(&cells, &sample);
         if sorted {
             self.sort(&cells, rays);
@@ -242,7 +242,7 @@ mod tests {
         sorter.closest(&tracer, SortRays::On, &rays, &mut few);
         assert_eq!(few, expected[..1700]);
         // Answers that stay in the order of the keys are others.
-        let cells = Cells::new(tracer.world(), &sample(&rays));
+        let cells = Cells::new(&tracer.world(), &sample(&rays));
         sorter.sort(&cells, &rays);
         let in_order: Vec<Hit> = sorter.pairs.iter().map(|&pair| expected[payload(pair) as usize]).collect();
         assert_ne!(in_order, expected);

@@ -3,6 +3,7 @@
 mod brute_force;
 mod bundles;
 mod common;
+mod implicit;
 mod odd_rays;
 mod paged;
 mod sorting;

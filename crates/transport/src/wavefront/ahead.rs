@@ -14,12 +14,14 @@ const STEP: usize = 12;
 pub(super) fn fetch_ahead<L: Simd8>(level: L, scene: &Scene, hits: &[Hit], met: &[u32], i: usize) {
     if let Some(&later) = met.get(i + 2 * STEP) {
         let hit = &hits[later as usize];
-        level.prefetch::<1>((&raw const mesh_of(scene, hit).triangles[hit.prim as usize]).cast());
+        if let Some(triangle) = mesh_of(scene, hit).triangles.get(hit.prim as usize) {
+            level.prefetch::<1>((&raw const *triangle).cast());
+        }
     }
     if let Some(&later) = met.get(i + STEP) {
         let hit = &hits[later as usize];
         let mesh = mesh_of(scene, hit);
-        for corner in mesh.triangles[hit.prim as usize] {
+        for &corner in mesh.triangles.get(hit.prim as usize).into_iter().flatten() {
             level.prefetch::<1>((&raw const mesh.positions[corner as usize]).cast());
             if let Some(normal) = mesh.normals.get(corner as usize) {
                 level.prefetch::<1>((&raw const *normal).cast());
