@@ -70,7 +70,7 @@ fn seen(count: usize, receiver: Receiver) -> Vec<Vec3> {
     let side = (count as f32).sqrt().ceil() as usize;
     let of = |i: usize| {
         let (u, v) = ((i % side) as f32 / side as f32 * 10.0, (i / side) as f32 / side as f32 * 10.0);
-        if i % 8 == 0 { receiver(&mut rng) } else { Vec3::new(u, 0.0, v) }
+        if i.is_multiple_of(8) { receiver(&mut rng) } else { Vec3::new(u, 0.0, v) }
     };
     (0..count).map(of).collect()
 }

@@ -13,7 +13,7 @@ use vastlight_accel::sort::{Pair, key, parts};
 use vastlight_math::{Aabb, Vec3};
 
 /// Rows to the radius, side by side.
-const ROWS: f32 = 2.0;
+const ROWS: f32 = 1.0;
 /// Steps to the radius, along a row.
 const STEPS: f32 = 4.0;
 /// Most rows along an axis, and most steps.
