@@ -32,8 +32,8 @@ pub(super) fn julia(options: &GenerateOptions) -> SceneDesc {
     b.object("floor", floor, &solids::floor(60.0, 60.0));
     b.object("plinth", plinth, &lathe::lathe(&profile(), 128));
     b.implicit("julia set", metal, ImplicitShape::Julia(set_at(options.time)));
-    let name = b.desc.instances.len() - 1;
-    b.desc.instances[name].world_from_object.translation = Vec3::new(0.0, 1.75, 0.0).into();
+    let last = b.desc.instances.len() - 1;
+    b.desc.instances[last].world_from_object.translation = Vec3::new(0.0, 1.75, 0.0);
     let (key, rim) = (Vec3::new(42.0, 38.0, 33.0), Vec3::new(26.0, 34.0, 48.0));
     for (name, color, at, size) in [
         ("key", key, Vec3::new(-3.4, 4.6, 3.6), 2.0),

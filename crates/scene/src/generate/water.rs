@@ -95,7 +95,7 @@ fn waves(seed: u64) -> Vec<Wave> {
     let mut chance = Chance::new(seed, 0x7761_7465);
     let wave = |i: u32| {
         let length = 1.9 * real::pow(0.83, i as f32) * chance.range(0.9, 1.1);
-        let (sin, cos) = real::sin_cos(chance.range(-1.5, 1.5) + if i % 3 == 0 { 2.1 } else { 0.4 });
+        let (sin, cos) = real::sin_cos(chance.range(-1.5, 1.5) + if i.is_multiple_of(3) { 2.1 } else { 0.4 });
         Wave {
             number: Vec2::new(cos, sin) * (TAU / length),
             height: 0.0078 * real::pow(length, 1.15),

@@ -50,8 +50,8 @@ impl Julia {
     /// See [`crate::ImplicitShape::check`].
     pub(super) fn check(&self) -> Result<(), String> {
         let length = self.constant().0.length();
-        // Written so that NaN is refused too.
-        if !(length <= 2.0) {
+        let is_short = length <= 2.0;
+        if !is_short {
             return Err(format!("the constant of a Julia set is {length} long, at most 2 can be had"));
         }
         if !(1..=Self::MOST_STEPS).contains(&self.iterations) {

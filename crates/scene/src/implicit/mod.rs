@@ -75,8 +75,8 @@ impl ImplicitShape {
         for _ in 0..PROJECTION_STEPS {
             let next = position - gradient * (value / gradient.length_squared());
             let there = self.field(next);
-            // Written so that NaN ends it too.
-            if !(there.0.abs() < value.abs()) {
+            let is_closer = there.0.abs() < value.abs();
+            if !is_closer {
                 break;
             }
             (position, (value, gradient)) = (next, there);
@@ -151,7 +151,8 @@ mod tests {
             let mut count = 0;
             for p in points(80_000) {
                 let (value, gradient) = shape.field(p);
-                if !(value.abs() / gradient.length() < 2e-4) {
+                let is_near = value.abs() / gradient.length() < 2e-4;
+                if !is_near {
                     continue;
                 }
                 let there = shape.project(p);

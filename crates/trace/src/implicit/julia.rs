@@ -98,11 +98,11 @@ impl Crossing<'_> {
         };
         for _ in 0..self.shape.iterations {
             enclosure = enclosure.stepped(self.c);
-            // Written so that what overflowed is unknown.
             if enclosure.least() > Julia::BAILOUT {
                 return Piece::Outside;
             }
-            if !(enclosure.error < 1e30) {
+            let is_of_use = enclosure.error < 1e30;
+            if !is_of_use {
                 return Piece::Unknown;
             }
         }

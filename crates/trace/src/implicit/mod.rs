@@ -38,8 +38,8 @@ impl Line {
     fn within(&self, center: DVec3, radius: f64) -> Option<Self> {
         let middle = (center - self.origin).dot(self.direction);
         let square = radius * radius - self.at(middle).distance_squared(center);
-        // Written so that NaN is refused too.
-        if !(square > 0.0) {
+        let is_met = square > 0.0;
+        if !is_met {
             return None;
         }
         let half = square.sqrt();

@@ -7,7 +7,8 @@ use vastlight_math::glam::{DAffine3, Quat};
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{ImplicitShape, Julia, Mesh, Metaball, Metaballs, Scene};
 use vastlight_simd::Level;
-use vastlight_trace::{Hit, HitFilter, StreamRay, Tracer};
+use vastlight_trace::stream::StreamRay;
+use vastlight_trace::{Hit, HitFilter, Tracer};
 
 fn implicit(shape: ImplicitShape) -> Mesh {
     Mesh { name: "implicit".into(), implicit: Some(Arc::new(shape)), ..Mesh::default() }
