@@ -53,7 +53,7 @@ fn settings(photons: u32, radius: Option<f32>) -> RenderSettings {
 fn landed(scene: &Scene) -> (Vec3, Vec3) {
     with_renderer(scene, settings(1 << 16, Some(1e3)), |renderer| {
         let plan = renderer.photon_plan().expect("in memory").expect("photons are wanted");
-        let (maps, _) = renderer.photon_map(&plan, 0).expect("in memory");
+        let (maps, _) = renderer.photon_maps(&plan, 0).expect("in memory");
         let (mut power, mut moment) = (Vec3::ZERO, Vec3::ZERO);
         for map in maps.maps() {
             map.near_at(scene.bounds().center(), |near| {
@@ -68,7 +68,7 @@ fn landed(scene: &Scene) -> (Vec3, Vec3) {
 /// Mean radiance of the picture with photons.
 fn average(scene: &Scene, settings: &RenderSettings, samples: u32) -> f64 {
     average_under(scene, settings, samples, |renderer, plan, sample| {
-        renderer.photon_map(plan, sample).expect("in memory").0
+        renderer.photon_maps(plan, sample).expect("in memory").0
     })
 }
 

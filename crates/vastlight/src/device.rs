@@ -161,7 +161,7 @@ impl<'r> Worker<'r> {
     /// The photons of the sample of this number, by all threads.
     pub(crate) fn photons(&self, plan: &PhotonPlan, sample: u32) -> Result<Option<(PhotonMaps, u64)>, Error> {
         match self {
-            Self::Cpu(renderer) => Ok(Some(renderer.photon_map(plan, sample)?)),
+            Self::Cpu(renderer) => Ok(Some(renderer.photon_maps(plan, sample)?)),
             Self::Gpu(_) => Ok(None),
         }
     }

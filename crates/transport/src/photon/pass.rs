@@ -3,7 +3,7 @@
 use super::flight::{Departure, Flight, Landed};
 use super::plan::PhotonPlan;
 use super::seen::Seen;
-use super::{Photon, PhotonMap, PhotonMaps, cells};
+use super::{Photon, PhotonMaps, cells};
 use crate::pages::PagesError;
 use crate::renderer::Renderer;
 use crate::wavefront::Wave;
@@ -42,26 +42,24 @@ impl Renderer<'_> {
             .map(Some)
     }
 
-    /// The photons of the pass of this number, and how many rays they took. They depend on scene, settings and number alone.
+    /// The photons of the pass of this number, ready to be gathered, and how many rays they took. They depend on scene, settings and
+    /// number alone.
     ///
     /// # Errors
     /// A page of a scene in pages cannot be had.
-    pub fn photon_map(&self, plan: &PhotonPlan, pass: u32) -> Result<(PhotonMaps, u64), PagesError> {
-        let settings = &plan.settings;
-        let (landed, rays) =
-            self.fly(&Departure { emission: &plan.emission, pass, photons: plan.photons })?;
-        let levels: Vec<usize> =
-            landed.par_iter().map(|landed| plan.density.level(landed.photon.position)).collect();
-        let mut photons = vec![Vec::new(); plan.density.levels()];
-        for (landed, level) in landed.iter().zip(levels) {
-            photons[level].push(landed.photon);
-        }
-        let shrunk = PhotonPlan::shrunk(pass);
-        let map = |(level, photons): (usize, &Vec<Photon>)| {
-            PhotonMap::new(photons, settings.search, plan.density.radius(level) * shrunk, settings.weight)
-        };
-        let maps = photons.iter().enumerate().filter(|(_, photons)| !photons.is_empty()).map(map);
-        Ok((PhotonMaps(maps.collect()), rays))
+    pub fn photon_maps(&self, plan: &PhotonPlan, pass: u32) -> Result<(PhotonMaps, u64), PagesError> {
+        let (photons, rays) = self.photons(plan, pass)?;
+        Ok((plan.maps(&photons, pass), rays))
+    }
+
+    /// The photons of the pass of this number, and how many rays they took.
+    ///
+    /// # Errors
+    /// A page of a scene in pages cannot be had.
+    pub fn photons(&self, plan: &PhotonPlan, pass: u32) -> Result<(Vec<Photon>, u64), PagesError> {
+        let departure = Departure { emission: &plan.emission, pass, photons: plan.photons };
+        let (landed, rays) = self.fly(&departure)?;
+        Ok((landed.iter().map(|landed| landed.photon).collect(), rays))
     }
 
     /// All photons of a pass, in the order of their numbers.

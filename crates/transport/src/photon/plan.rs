@@ -2,14 +2,15 @@
 //!
 //! All of it follows from scene, settings and seed, so that any worker who renders any pass of a picture decides the same.
 
-use super::PhotonSettings;
 use super::cells::Cell;
 use super::density::Density;
 use super::flight::{Departure, Landed};
 use super::guide::Guide;
 use super::rectangle::Rectangle;
 use super::seen::Seen;
+use super::{Photon, PhotonMap, PhotonMaps, PhotonSettings, SearchKind};
 use crate::light::Lights;
+use rayon::prelude::*;
 
 /// Photons of a trial pass.
 const TRIAL: u32 = 1 << 16;
@@ -54,6 +55,39 @@ impl PhotonPlan {
     pub fn shrunk(pass: u32) -> f32 {
         let squared: f64 = (1..=pass).map(|i| (f64::from(i) + ALPHA) / (f64::from(i) + 1.0)).product();
         squared.sqrt() as f32
+    }
+
+    /// How photons are found.
+    #[must_use]
+    pub fn search(&self) -> SearchKind {
+        self.settings.search
+    }
+
+    /// The widest radius of pass 0, world units.
+    #[must_use]
+    pub fn widest_radius(&self) -> f32 {
+        self.density.radius(0)
+    }
+
+    /// The photons of a pass, sorted and indexed: those of each radius by themselves.
+    #[must_use]
+    pub fn maps(&self, photons: &[Photon], pass: u32) -> PhotonMaps {
+        let PhotonSettings { search, weight, .. } = self.settings;
+        let shrunk = Self::shrunk(pass);
+        let map = |level, photons: &[Photon]| {
+            PhotonMap::new(photons, search, self.density.radius(level) * shrunk, weight)
+        };
+        if self.density.levels() == 1 {
+            return PhotonMaps(vec![map(0, photons)]);
+        }
+        let levels: Vec<usize> =
+            photons.par_iter().map(|photon| self.density.level(photon.position)).collect();
+        let mut parts = vec![Vec::new(); self.density.levels()];
+        for (photon, level) in photons.iter().zip(levels) {
+            parts[level].push(*photon);
+        }
+        let maps = parts.iter().enumerate().filter(|(_, photons)| !photons.is_empty());
+        PhotonMaps(maps.map(|(level, photons)| map(level, photons)).collect())
     }
 
     /// As published: photons by a grid from each light, one radius.

@@ -2,6 +2,7 @@
 
 mod build;
 mod build_gpu;
+mod caustics;
 mod kdtree;
 mod ooc;
 mod path;
@@ -32,12 +33,13 @@ enum What {
     Path(Box<path::Path>),
     Ooc(Box<ooc::Ooc>),
     Texture(Box<texture::Texture>),
+    Caustics(caustics::Caustics),
 }
 
 impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
-        !matches!(self.what, What::Ooc(_) | What::Texture(_))
+        !matches!(self.what, What::Ooc(_) | What::Texture(_) | What::Caustics(_))
     }
 }
 
@@ -49,6 +51,7 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
         What::Sort(arguments) => sort::run(arguments, common),
         What::Ooc(arguments) => ooc::run(arguments, common),
         What::Texture(arguments) => texture::run(arguments, common),
+        What::Caustics(arguments) => caustics::run(arguments, common),
         What::Path(arguments) => path::run(arguments, common, start),
     }
 }
