@@ -40,16 +40,16 @@ pub(super) fn prism(_: &GenerateOptions) -> SceneDesc {
         name: "beam".into(),
         kind: LightKind::Spot { inner: 0.028, outer: 0.034 },
         world_from_light: Affine3::from_cols(frame.x, frame.y, frame.z, SOURCE),
-        intensity: Vec3::splat(900.0),
+        intensity: Vec3::splat(3000.0),
         range: f32::INFINITY,
         profile: None,
     });
-    b.desc.environment = Some(Environment::Constant(Vec3::splat(0.04)));
+    b.desc.environment = Some(Environment::Constant(Vec3::splat(0.06)));
     b.desc.cameras.push(Camera::look_at(
         "desk",
-        Vec3::new(-1.0, 2.7, 5.2),
-        Vec3::new(0.35, 0.35, -0.5),
-        38_f32.to_radians(),
+        Vec3::new(-0.4, 2.2, 4.4),
+        Vec3::new(0.75, 0.42, -0.6),
+        36_f32.to_radians(),
     ));
     b.desc
 }

@@ -32,9 +32,9 @@ pub(super) fn water(options: &GenerateOptions) -> SceneDesc {
         ..Material::glass("water", 1.33, 0.0)
     });
     b.object("water", water, &volume(&waves(options.seed), options.time));
-    let lamp = b.material(Material::emitter("lamp", Vec3::new(9000.0, 8500.0, 7700.0), false));
+    let lamp = b.material(Material::emitter("lamp", Vec3::new(2200.0, 2080.0, 1880.0), false));
     b.object("lamp", lamp, &square_lamp(Vec3::new(2.0, 8.0, -3.0), Vec3::new(0.0, -DEPTH, 0.0), 0.4));
-    b.desc.environment = Some(Environment::Constant(Vec3::new(0.34, 0.44, 0.58)));
+    b.desc.environment = Some(Environment::Constant(Vec3::new(0.16, 0.21, 0.28)));
     b.desc.cameras.push(Camera::look_at(
         "rim",
         Vec3::new(-0.7, 2.7, 4.9),

@@ -30,8 +30,8 @@ const OFF_LIGHT: f32 = 1e-4;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Landed {
     pub(crate) photon: Photon,
-    /// Number of the face by which it entered its cell.
-    pub(crate) face: u32,
+    /// Number of the face by which it entered its cell; of its square, where it began by a grid.
+    pub(crate) start: u32,
 }
 
 /// Which photons fly: some of those of a pass.
@@ -108,7 +108,7 @@ impl Flight {
         if segments > 1 && receives(bsdf) {
             let (flux, normal) = (path.throughput, vertex.facing_side());
             let photon = Photon { position, flux, from: vertex.wo, normal, segments };
-            self.landed.push(Landed { photon, face });
+            self.landed.push(Landed { photon, start: face });
         }
         let first = CAMERA_DIMENSIONS + START_DIMENSIONS + (depth - 1) * VERTEX_DIMENSIONS;
         let Some((next, straight)) = bounce(&vertex, bsdf, path, first) else { return };
@@ -187,7 +187,7 @@ impl Departure<'_> {
         let (light, square) = (number / each, number % each);
         let square = [square % grid[0], square / grid[0]];
         let (ray, flux) = rectangles[light as usize].photon(square, grid, shift);
-        (ray, flux, 0, number)
+        (ray, flux, number, number)
     }
 }
 

@@ -32,7 +32,8 @@ impl Renderer<'_> {
         let cells = cells::cells(self.scene, self.materials);
         let size = self.scene.bounds().size().max_element();
         if let (Some(grid), false) = (settings.grid, self.lights.punctual().is_empty()) {
-            return Ok(Some(PhotonPlan::gridded(&cells, self.lights, settings, grid, size)));
+            return PhotonPlan::gridded(&cells, self.lights, settings, (grid, size), |d| Ok(self.fly(d)?.0))
+                .map(Some);
         }
         let mut wave = Wave::default();
         wave.walk_through(self.walk()?);

@@ -14,6 +14,8 @@ use rayon::prelude::*;
 
 /// Photons of a trial pass.
 const TRIAL: u32 = 1 << 16;
+/// The same by a grid from each light.
+const TRIAL_GRID: [u32; 2] = [128, 128];
 /// Numbers of trial passes: far from those of the picture.
 const TRIALS: [u32; 2] = [u32::MAX - 1, u32::MAX - 2];
 
@@ -36,6 +38,28 @@ pub(crate) enum Emission {
     Guided(Guide),
     /// At point lights, by a grid of so many columns and rows each.
     Gridded(Vec<Rectangle>, [u32; 2]),
+}
+
+impl Emission {
+    /// Squares of all grids.
+    fn squares(&self) -> u32 {
+        match self {
+            Self::Guided(_) => 0,
+            Self::Gridded(rectangles, [columns, rows]) => rectangles.len() as u32 * columns * rows,
+        }
+    }
+
+    /// The rectangles around the squares from which photons landed.
+    fn fitted(&self, landed: &[Landed]) -> Vec<Rectangle> {
+        let Self::Gridded(rectangles, grid) = self else { return Vec::new() };
+        let each = grid[0] * grid[1];
+        let of = |light: usize| {
+            let numbers = landed.iter().map(|landed| landed.start);
+            let own = numbers.filter(move |number| (number / each) as usize == light);
+            own.map(|number| [number % each % grid[0], number % each / grid[0]])
+        };
+        rectangles.iter().enumerate().map(|(light, rectangle)| rectangle.around(of(light), *grid)).collect()
+    }
 }
 
 /// Where photons begin, and how far they are gathered.
@@ -90,22 +114,24 @@ impl PhotonPlan {
         PhotonMaps(maps.map(|(level, photons)| map(level, photons)).collect())
     }
 
-    /// As published: photons by a grid from each light, one radius.
-    pub(crate) fn gridded(
+    /// As published: photons by a grid from each light, one radius. Trial passes, which `fly` makes, find how large rectangles must be.
+    pub(crate) fn gridded<E>(
         cells: &[Cell],
         lights: &Lights<'_>,
         settings: &PhotonSettings,
-        grid: [u32; 2],
-        size: f32,
-    ) -> Self {
-        let rectangles: Vec<Rectangle> =
-            lights.punctual().iter().filter_map(|light| Rectangle::new(light, cells)).collect();
-        Self {
-            settings: *settings,
-            photons: grid[0] * grid[1] * rectangles.len() as u32,
-            emission: Emission::Gridded(rectangles, grid),
-            density: Density::even(settings.radius.unwrap_or(PUBLISHED) * size),
+        (grid, size): ([u32; 2], f32),
+        mut fly: impl FnMut(&Departure<'_>) -> Result<Vec<Landed>, E>,
+    ) -> Result<Self, E> {
+        let first = |light| Rectangle::new(light, cells);
+        let mut rectangles: Vec<Rectangle> = lights.punctual().iter().filter_map(first).collect();
+        for pass in TRIALS {
+            let emission = Emission::Gridded(rectangles, TRIAL_GRID);
+            let landed = fly(&Departure { emission: &emission, pass, photons: emission.squares() })?;
+            rectangles = emission.fitted(&landed);
         }
+        let emission = Emission::Gridded(rectangles, grid);
+        let (photons, radius) = (emission.squares(), settings.radius.unwrap_or(PUBLISHED) * size);
+        Ok(Self { settings: *settings, photons, emission, density: Density::even(radius) })
     }
 
     /// Decides by two trial passes, which `fly` makes, for so many photons a pass in a scene of this size, world units.
@@ -136,9 +162,9 @@ impl PhotonPlan {
 /// What photons by each face are worth: the root of the mean square of what one brings to the eye.
 fn worth(guide: &Guide, seen: &Seen, landed: &[Landed]) -> Vec<f64> {
     let mut squares = vec![0.0; guide.faces()];
-    for Landed { photon, face } in landed {
+    for Landed { photon, start } in landed {
         let brought = f64::from(photon.flux.element_sum() * seen.weight(photon.position));
-        squares[*face as usize] += brought * brought;
+        squares[*start as usize] += brought * brought;
     }
     // Power is over the chance already: times it, it is what a photon by this face brings.
     squares.iter().enumerate().map(|(i, square)| (square * f64::from(guide.chance(i))).sqrt()).collect()

@@ -35,6 +35,21 @@ impl Rectangle {
         (!cells.is_empty()).then(|| Self { light: light.clone(), frame, min, max })
     }
 
+    /// The part of the rectangle around some squares of a grid.
+    pub(crate) fn around(&self, squares: impl Iterator<Item = [u32; 2]>, grid: [u32; 2]) -> Self {
+        let step = (self.max - self.min) / Vec2::new(grid[0] as f32, grid[1] as f32);
+        let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for [x, y] in squares {
+            let at = self.min + Vec2::new(x as f32, y as f32) * step;
+            // One more on each side: what is smaller than a square may reach there.
+            (min, max) = (min.min(at - step), max.max(at + 2.0 * step));
+        }
+        if min.x > max.x {
+            return self.clone();
+        }
+        Self { min: min.max(self.min), max: max.min(self.max), ..self.clone() }
+    }
+
     /// The photon through a square of a grid: its ray and its power. `shift`, from -0.5 to 0.5 of a square, moves the whole grid.
     pub(crate) fn photon(&self, square: [u32; 2], grid: [u32; 2], shift: Vec2) -> (Ray, Vec3) {
         let step = (self.max - self.min) / Vec2::new(grid[0] as f32, grid[1] as f32);
