@@ -446,7 +446,11 @@ mod tests {
     fn implicit_surfaces_are_meshes_without_triangles() {
         let scene = Scene::new(one_ball(0.5)).expect("valid");
         assert!(scene.diagnostics().items().is_empty());
-        assert_eq!(scene.bounds(), Aabb { min: Vec3::new(-1.0, -2.0, -2.0), max: Vec3::new(3.0, 2.0, 2.0) });
+        // The field of strength 1 and radius 2 is one half at this distance.
+        let reach = 2.0 * (1.0 - 0.5_f32.cbrt()).sqrt();
+        let around = |reach: f32| Aabb { min: Vec3::X - reach, max: Vec3::X + reach };
+        assert!(scene.bounds().contains(&around(reach)), "{:?}", scene.bounds());
+        assert!(around(reach + 0.35).contains(&scene.bounds()), "{:?}", scene.bounds());
         assert_eq!(scene.implicit_mesh().map(|mesh| mesh.name.as_str()), Some("ball"));
         let error = Scene::new(one_ball(2.0)).expect_err("nothing is inside");
         assert!(error.to_string().contains("ball"), "{error}");
