@@ -6,6 +6,9 @@ use crate::settings::RenderSettings;
 use vastlight_math::{Affine3, FAR, Ray, Sampler, Vec2, Vec3, real, warp};
 use vastlight_scene::Projection;
 
+/// Planes at smaller cosines to a ray are not looked at.
+const EDGE_ON: f32 = 0.05;
+
 /// A camera made ready for one picture size.
 #[derive(Clone, Debug)]
 pub struct CameraRays {
@@ -83,6 +86,27 @@ impl CameraRays {
             t_max: FAR,
             time: random.time,
         }
+    }
+
+    /// How a point of a plane at `t` on a ray of this camera moves from column to column and from row to row; none where the plane is
+    /// seen almost edge-on. `normal` is the plane's.
+    pub(crate) fn steps(&self, ray: &Ray, t: f32, normal: Vec3) -> Option<[Vec3; 2]> {
+        let across = ray.direction.dot(normal);
+        if across.abs() < EDGE_ON {
+            return None;
+        }
+        let (along, reach) = (
+            ray.direction / across,
+            match self.projection {
+                Projection::Perspective { .. } => self.depth(ray, t),
+                Projection::Orthographic { .. } => 1.0,
+            },
+        );
+        let on_plane = |axis: Vec3| {
+            let step = self.world_from_camera.transform_vector3(axis) * reach;
+            step - along * step.dot(normal)
+        };
+        Some([on_plane(Vec3::X * self.scale.x), on_plane(Vec3::Y * self.scale.y)])
     }
 
     /// The cone of every ray.

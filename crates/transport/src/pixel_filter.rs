@@ -62,6 +62,7 @@ impl PixelFilter {
 pub struct FilterSampler {
     /// Offsets in pixels at equal steps of probability.
     offsets: Box<[f32; STEPS + 1]>,
+    variance: f32,
 }
 
 /// Steps of the inverse distribution.
@@ -90,12 +91,20 @@ impl FilterSampler {
             let inside = if width > 0.0 { (target - cumulative[bin]) / width } else { 0.0 };
             x_of(bin as f32 + inside.clamp(0.0, 1.0) as f32) * radius
         };
-        Self { offsets: Box::new(std::array::from_fn(offset_at)) }
+        let offsets: Box<[f32; STEPS + 1]> = Box::new(std::array::from_fn(offset_at));
+        let variance = offsets.iter().map(|x| x * x).sum::<f32>() / offsets.len() as f32;
+        Self { offsets, variance }
     }
 
     /// Offsets in pixels at equal steps of probability.
     pub(crate) fn offsets(&self) -> &[f32] {
         &self.offsets[..]
+    }
+
+    /// The variance of offsets along an axis, square pixels.
+    #[must_use]
+    pub fn variance(&self) -> f32 {
+        self.variance
     }
 
     /// An offset from the pixel's centre, in pixels.

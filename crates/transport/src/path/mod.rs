@@ -9,7 +9,7 @@ use crate::bsdf::{Bsdf, BsdfDraw, BsdfSample};
 use crate::light::{LightAnswers, LightQueries, LightSample};
 use crate::material::Evaluated;
 use crate::medium::transmittance;
-use crate::photon::{Gather, receives};
+use crate::photon::{Gather, InPixel, receives};
 use crate::vertex::Vertex;
 use crate::wavefront::{Context, PathState, Shade, Stage};
 use random::VertexRandom;
@@ -126,7 +126,9 @@ impl PathTracing {
             && receives(bsdf)
         {
             let most_segments = context.settings.max_depth - length;
-            let gather = Gather { photons, vertex: &vertex, most_segments };
+            let seen = || InPixel::new(context, &vertex, ray, hit.t, path.sampler);
+            let pixel = (stage.depth == 1).then(seen).flatten();
+            let gather = Gather { photons, vertex: &vertex, most_segments, pixel };
             sample.radiance += path.throughput * gather.scattered(level, bsdf);
         }
         let light_normal = if bsdf.transmits() { Vec3::ZERO } else { vertex.facing_normal() };

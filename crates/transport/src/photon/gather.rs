@@ -3,7 +3,8 @@
 use super::{Near, PhotonMaps};
 use crate::bsdf::Bsdf;
 use crate::vertex::Vertex;
-use vastlight_math::Vec3;
+use crate::wavefront::Context;
+use vastlight_math::{Ray, Sampler, Vec3};
 use vastlight_simd::{Kernel, Level, Simd8};
 
 /// Cosine between the normals of a photon's surface and the vertex's, below which they are not one surface.
@@ -14,6 +15,40 @@ pub(crate) struct Gather<'a> {
     pub(crate) photons: &'a PhotonMaps,
     pub(crate) vertex: &'a Vertex<'a>,
     pub(crate) most_segments: u32,
+    /// Where the camera sees the vertex.
+    pub(crate) pixel: Option<InPixel>,
+}
+
+/// The place of a vertex that the camera sees, in its pixel.
+#[derive(Clone, Copy)]
+pub(crate) struct InPixel {
+    /// By column and by row: from where the pixel's middle is seen, the way on the surface's plane, and the variance of such ways
+    /// by the pixel's filter.
+    ways: [(Vec3, f32); 2],
+}
+
+impl InPixel {
+    /// None where the surface is seen almost edge-on.
+    pub(crate) fn new(
+        context: &Context<'_>,
+        vertex: &Vertex<'_>,
+        ray: &Ray,
+        t: f32,
+        sampler: Sampler,
+    ) -> Option<Self> {
+        let camera = context.camera;
+        let steps = camera.steps(ray, t, vertex.surface.normal)?;
+        let offset = camera.filter.sample(camera.draw(sampler).filter);
+        let way = |step: Vec3, offset: f32| (step * offset, camera.filter.variance() * step.length_squared());
+        Some(Self { ways: [way(steps[0], offset.x), way(steps[1], offset.y)] })
+    }
+
+    /// The way to where photons with discs of this variance are gathered. Discs blur as the pixel's filter does: so much nearer to
+    /// the pixel's middle, both together blur as the filter alone, with less noise. Discs of no size leave the place as it is.
+    fn towards_middle(&self, variance: f32) -> Vec3 {
+        let part = |(way, own): (Vec3, f32)| way * ((1.0 - variance / own).max(0.0).sqrt() - 1.0);
+        part(self.ways[0]) + part(self.ways[1])
+    }
 }
 
 impl Gather<'_> {
@@ -44,7 +79,10 @@ impl Gather<'_> {
                 radiance += brdf(&near) * near.flux * near.weight;
             }
         };
-        self.photons.maps().iter().for_each(|map| map.near(level, self.vertex.surface.position, &mut add));
+        for map in self.photons.maps() {
+            let way = self.pixel.map_or(Vec3::ZERO, |pixel| pixel.towards_middle(map.variance()));
+            map.near(level, self.vertex.surface.position + way, &mut add);
+        }
         radiance
     }
 }

@@ -44,6 +44,15 @@ impl Kernel {
         volume / (PI * radius * radius)
     }
 
+    /// The variance along an axis of a photon's light in a disc of radius 1.
+    #[must_use]
+    pub const fn variance(self) -> f32 {
+        match self {
+            Self::Linear => 0.15,
+            Self::Smoothstep => 5.0 / 42.0,
+        }
+    }
+
     /// The weights at eight distances of at most 1, the disc's radius, as shares of the peak.
     #[inline(always)]
     pub(super) fn shares<S: Simd8>(self, s: S, t: S::F) -> S::F {

@@ -164,6 +164,11 @@ impl PhotonMap {
         self.radius
     }
 
+    /// The variance along an axis of each photon's light, m².
+    pub(crate) fn variance(&self) -> f32 {
+        self.kernel.variance() * self.radius * self.radius
+    }
+
     /// How many photons there are.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -21,7 +21,7 @@ mod seen;
 mod tests;
 
 pub(crate) use flight::receives;
-pub(crate) use gather::Gather;
+pub(crate) use gather::{Gather, InPixel};
 pub use kernel::Kernel;
 pub use map::{Near, PhotonMap};
 pub use plan::PhotonPlan;

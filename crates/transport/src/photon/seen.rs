@@ -19,8 +19,8 @@ const PATHS: u32 = 128;
 const DEPTH: u32 = 5;
 /// Cubes along the longest edge of the scene.
 const CUBES: f32 = 256.0;
-/// Part of a pixel that photons are to show.
-const FINEST: f32 = 0.4;
+/// The smallest radius of photons, in pixels: their discs blur about as pixels do, see `InPixel`.
+const FINEST: f32 = 0.75;
 /// The number of the samples whose paths these are: far from those of the picture.
 const SAMPLE: u32 = 1 << 30;
 

@@ -58,7 +58,7 @@ pub(super) fn shade(
     let mut leaves = vertex.emission(context);
     if let Some(photons) = context.photons {
         let most_segments = context.settings.max_depth - load.depth();
-        leaves += of_photons(context, &Gather { photons, vertex: &vertex, most_segments });
+        leaves += of_photons(context, &Gather { photons, vertex: &vertex, most_segments, pixel: None });
     }
     load.weight * leaves
 }
