@@ -1,6 +1,6 @@
 //! Where caustics come from: boxes around the surfaces that send light on in narrow lobes.
 //!
-//! The space is cut until there are enough boxes, or they are small; each surface point belongs to one. Boxes of instances are all
+//! The space is cut between boxes until there are enough parts; each surface point belongs to one. Boxes of instances are all
 //! that is known, so that it does not matter whether meshes are in memory, in pages, or have no triangles at all.
 
 use crate::material::MaterialTable;
@@ -10,7 +10,7 @@ use vastlight_math::{Aabb, Vec3};
 use vastlight_scene::{Mesh, Scene};
 
 /// Boxes at most.
-const MOST: usize = 256;
+const MOST: usize = 64;
 
 /// Part of its longest edge that a box is wider on each side, so that flat ones have an inside.
 const MARGIN: f32 = 1e-3;
@@ -38,18 +38,17 @@ pub(crate) fn cells(scene: &Scene, materials: &MaterialTable<'_>) -> Vec<Cell> {
         return Vec::new();
     }
     let everywhere = Aabb { min: Vec3::NEG_INFINITY, max: Vec3::INFINITY };
-    let smallest = 1e-4 * boxes.iter().copied().fold(Aabb::EMPTY, Aabb::union).half_area();
     let mut waiting = BinaryHeap::from([Piece::new(everywhere, boxes, 0)]);
-    let mut count = 1;
-    while waiting.len() < MOST {
+    let (mut whole, mut count) = (Vec::new(), 1);
+    while waiting.len() + whole.len() < MOST {
         let Some(piece) = waiting.pop() else { break };
-        if piece.bounds.half_area() <= smallest {
-            waiting.push(piece);
-            break;
+        if piece.boxes.len() == 1 {
+            whole.push(piece);
+        } else {
+            waiting.extend(piece.cut(&mut count));
         }
-        waiting.extend(piece.cut(&mut count));
     }
-    let mut cells: Vec<Piece> = waiting.into_vec();
+    let mut cells: Vec<Piece> = waiting.into_iter().chain(whole).collect();
     cells.sort_unstable_by_key(|piece| piece.number);
     cells.iter().map(|piece| Cell { region: piece.region, bounds: widened(piece.bounds) }).collect()
 }

@@ -30,8 +30,8 @@ const OFF_LIGHT: f32 = 1e-4;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Landed {
     pub(crate) photon: Photon,
-    /// Number of the face by which it entered its cell; of its square, where it began by a grid.
-    pub(crate) start: u32,
+    /// Number of the square through which it came: of the guide, or of a grid.
+    pub(crate) square: u32,
 }
 
 /// Which photons fly: some of those of a pass.
@@ -48,9 +48,9 @@ pub(crate) struct Departure<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct Flight {
     pub(crate) front: Front,
-    /// By slot: a photon, and the face of its cell.
+    /// By slot: a photon, and the number of its square.
     paths: Vec<PathState>,
-    faces: Vec<u32>,
+    squares: Vec<u32>,
     next: Vec<(u32, Ray)>,
     landed: Vec<Landed>,
 }
@@ -64,7 +64,7 @@ impl Flight {
         range: Range<u32>,
     ) -> Result<(&[Landed], u64), PageError> {
         self.paths.clear();
-        self.faces.clear();
+        self.squares.clear();
         self.landed.clear();
         self.front.clear();
         let mut starts: Vec<Start> = range.filter_map(|number| departure.start(context, number)).collect();
@@ -72,7 +72,7 @@ impl Flight {
         for (slot, start) in (0..).zip(starts) {
             self.front.push(slot, start.ray);
             self.paths.push(start.path);
-            self.faces.push(start.face);
+            self.squares.push(start.square);
         }
         let (mut rays, mut depth) = (0, 1);
         while !self.front.rays.is_empty() {
@@ -104,15 +104,15 @@ impl Flight {
             return;
         }
         let bsdf = vertex.bsdf(context, path, &mut own_bsdf);
-        let (face, position) = (self.faces[slot as usize], vertex.surface.position);
+        let (square, position) = (self.squares[slot as usize], vertex.surface.position);
         if segments > 1 && receives(bsdf) {
             let (flux, normal) = (path.throughput, vertex.facing_side());
             let photon = Photon { position, flux, from: vertex.wo, normal, segments };
-            self.landed.push(Landed { photon, start: face });
+            self.landed.push(Landed { photon, square });
         }
         let first = CAMERA_DIMENSIONS + START_DIMENSIONS + (depth - 1) * VERTEX_DIMENSIONS;
         let Some((next, straight)) = bounce(&vertex, bsdf, path, first) else { return };
-        if straight || segments > 1 || emission.begins_at(face, position) {
+        if straight || segments > 1 || emission.begins_at(square, position) {
             self.next.push((slot, Ray { time: ray.time, ..next }));
         }
     }
@@ -131,15 +131,15 @@ struct Start {
     /// Starts with numbers that are close are close in space.
     order: u32,
     path: PathState,
-    face: u32,
+    square: u32,
     ray: Ray,
 }
 
 impl Emission {
-    /// Whether a photon by this face may be focused here for the first time.
-    fn begins_at(&self, face: u32, position: Vec3) -> bool {
+    /// Whether a photon through this square may be focused here for the first time.
+    fn begins_at(&self, square: u32, position: Vec3) -> bool {
         match self {
-            Self::Guided(guide) => guide.cell_of(face).has(position),
+            Self::Guided(guide) => guide.cell_of(square).has(position),
             Self::Gridded(..) => true,
         }
     }
@@ -149,7 +149,7 @@ impl Departure<'_> {
     /// Whether nothing could land.
     pub(crate) fn is_empty(&self) -> bool {
         match self.emission {
-            Emission::Guided(guide) => guide.faces() == 0,
+            Emission::Guided(guide) => guide.len() == 0,
             Emission::Gridded(rectangles, _) => rectangles.is_empty(),
         }
     }
@@ -159,14 +159,14 @@ impl Departure<'_> {
         let (seed, sample) =
             (context.settings.seed, self.pass.wrapping_mul(self.photons).wrapping_add(number));
         let sampler = Sampler::new([KEY, 0], sample, seed);
-        let (ray, flux, face, order) = match self.emission {
+        let (ray, flux, square, order) = match self.emission {
             Emission::Guided(guide) => guided(context, guide, &sampler, self.photons)?,
             Emission::Gridded(rectangles, grid) => self.gridded(context, rectangles, *grid, number),
         };
         let key = (rng::hash_words(&[KEY, sample, seed]) >> 32) as u32;
         let mut path = PathState::new(number, sampler, key, Cone::RAY);
         path.throughput = flux;
-        (flux.is_finite() && flux != Vec3::ZERO).then_some(Start { order, path, face, ray })
+        (flux.is_finite() && flux != Vec3::ZERO).then_some(Start { order, path, square, ray })
     }
 
     /// The photon of this number through a grid. The grid of the first pass lies in the middle, those of others by chance.
@@ -184,16 +184,15 @@ impl Departure<'_> {
                 pass => Sampler::new([KEY, 1], pass, context.settings.seed).next_2d() - 0.5,
             },
         );
-        let (light, square) = (number / each, number % each);
-        let square = [square % grid[0], square / grid[0]];
+        let (light, square) = (number / each, [number % each % grid[0], number % each / grid[0]]);
         let (ray, flux) = rectangles[light as usize].photon(square, grid, shift);
         (ray, flux, number, number)
     }
 }
 
-/// A photon that enters a cell: its ray, its power, the face, and its place in the order of flying.
+/// A photon that enters a cell: its ray, its power, the square, and its place in the order of flying.
 ///
-/// The place is on a face of the box around a cell, drawn by area, and a light is chosen for it as for any point. A ray from
+/// The place is in a square on the box around a cell, drawn by area, and a light is chosen for it as for any point. A ray from
 /// outside enters a box once, one from inside leaves it once: so none is drawn in two ways.
 fn guided(
     context: &Context<'_>,
@@ -202,8 +201,8 @@ fn guided(
     photons: u32,
 ) -> Option<(Ray, Vec3, u32, u32)> {
     let at = |dimension: u32| sampler.at_dimension(dimension);
-    let (face, chance) = guide.choose(at(0).next_1d());
-    let (cell, place) = (guide.cell_of(face), guide.face(face, at(1).next_2d()));
+    let (square, chance) = guide.choose(at(0).next_1d());
+    let (cell, place) = (guide.cell_of(square), guide.place(square, at(1).next_2d()));
     let u_pick = at(CAMERA_DIMENSIONS).next_1d();
     let u = at(CAMERA_DIMENSIONS + 1).next_2d();
     let light = context.lights.sample(place.position, Vec3::ZERO, u_pick, u)?;
@@ -216,7 +215,7 @@ fn guided(
         return None;
     }
     let flux = light.radiance * (cos.abs() * place.area / (light.pdf * chance * photons as f32));
-    Some((Ray::new(source, -light.wi), flux, face, guide.order(place.position)))
+    Some((Ray::new(source, -light.wi), flux, square, guide.order(place.position)))
 }
 
 impl Context<'_> {

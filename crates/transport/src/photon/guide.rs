@@ -1,4 +1,4 @@
-//! By which faces of cells photons enter: by those behind which they will be seen, and now and then by others.
+//! Through which squares photons enter cells: through those behind which they will be seen, and now and then through others.
 
 use super::cells::Cell;
 use vastlight_math::{Aabb, Vec2, Vec3};
@@ -6,37 +6,82 @@ use vastlight_math::{Aabb, Vec2, Vec3};
 /// Share of photons by area alone, so that nothing is missed.
 const ANYWHERE: f32 = 0.2;
 
-/// The cells of a scene, and with which chances photons are drawn for each face. Faces are numbered cell by cell: two for x, low and
-/// high, two for y, two for z.
+/// Faces of a cell: two for x, low and high, two for y, two for z.
+const FACES: u32 = 6;
+/// Squares of all faces together, about.
+const SQUARES: f32 = 4096.0;
+
+/// The cells of a scene, the squares of their faces, and with which chances photons are drawn for each square.
 #[derive(Clone, Debug)]
 pub(crate) struct Guide {
     cells: Vec<Cell>,
     bounds: Aabb,
-    /// The sum of the chances up to each face, of 1.
+    squares: Vec<Square>,
+    /// The sum of the chances up to each square, of 1.
     upto: Vec<f32>,
 }
 
-/// A point of a face.
+/// A part of a face, a rectangle really.
+#[derive(Clone, Copy, Debug)]
+struct Square {
+    cell: u32,
+    /// Of the cell.
+    face: u32,
+    /// Of the face: column, row, and how many columns and rows there are.
+    at: [u32; 2],
+    of: u32,
+}
+
+/// A point of a square.
 pub(crate) struct Place {
     pub(crate) position: Vec3,
     /// To the outside.
     pub(crate) normal: Vec3,
-    /// Of the whole face.
+    /// Of the whole square.
     pub(crate) area: f32,
 }
 
-const FACES: usize = 6;
+impl Square {
+    fn axis(&self) -> usize {
+        self.face as usize / 2
+    }
+
+    fn area(&self, cells: &[Cell]) -> f32 {
+        face_area(&cells[self.cell as usize], self.axis()) / (self.of * self.of) as f32
+    }
+}
+
+/// Of a face across an axis.
+fn face_area(cell: &Cell, axis: usize) -> f32 {
+    let size = cell.bounds.size();
+    size[(axis + 1) % 3] * size[(axis + 2) % 3]
+}
+
+/// The squares of all faces: more of large ones.
+fn squares(cells: &[Cell]) -> Vec<Square> {
+    let total: f32 = cells.iter().map(|cell| 2.0 * cell.bounds.half_area()).sum();
+    let mut squares = Vec::new();
+    for (cell, number) in cells.iter().zip(0..) {
+        for face in 0..FACES {
+            let share = face_area(cell, face as usize / 2) / total;
+            let of = ((share * SQUARES).sqrt() as u32).max(1);
+            let parts = (0..of * of).map(|i| Square { cell: number, face, at: [i % of, i / of], of });
+            squares.extend(parts);
+        }
+    }
+    squares
+}
 
 impl Guide {
     /// By area alone.
     pub(crate) fn by_area(cells: Vec<Cell>) -> Self {
-        let faces = cells.iter().flat_map(|cell| (0..FACES).map(|face| area(cell, face / 2)));
-        let areas: Vec<f64> = faces.map(f64::from).collect();
+        let squares = squares(&cells);
+        let areas: Vec<f64> = squares.iter().map(|square| f64::from(square.area(&cells))).collect();
         let bounds = cells.iter().fold(Aabb::EMPTY, |all, cell| all.union(cell.bounds));
-        Self { upto: cumulative(&areas), bounds, cells }
+        Self { upto: cumulative(&areas), bounds, squares, cells }
     }
 
-    /// By what came of photons by each face, and by area. `worth` is not negative.
+    /// By what came of photons through each square, and by area. `worth` is not negative.
     pub(crate) fn by_worth(self, worth: &[f64]) -> Self {
         let total: f64 = worth.iter().sum();
         if !(total > 0.0 && total.is_finite()) {
@@ -51,14 +96,14 @@ impl Guide {
         Self { upto: cumulative(&chances), ..self }
     }
 
-    /// How many faces there are.
-    pub(crate) fn faces(&self) -> usize {
-        self.upto.len()
+    /// How many squares there are.
+    pub(crate) fn len(&self) -> usize {
+        self.squares.len()
     }
 
-    /// The cell of a face.
-    pub(crate) fn cell_of(&self, face: u32) -> &Cell {
-        &self.cells[face as usize / FACES]
+    /// The cell of a square.
+    pub(crate) fn cell_of(&self, square: u32) -> &Cell {
+        &self.cells[self.squares[square as usize].cell as usize]
     }
 
     /// The number of a place on a curve through all cells (G. Morton 1966).
@@ -68,35 +113,29 @@ impl Guide {
         spread(at.x) << 2 | spread(at.y) << 1 | spread(at.z)
     }
 
-    /// The point of a face for `u`, uniform by area.
-    pub(crate) fn face(&self, face: u32, u: Vec2) -> Place {
-        let cell = self.cell_of(face);
-        let (axis, high) = (face as usize % FACES / 2, face % 2 == 1);
+    /// The point of a square for `u`, uniform by area.
+    pub(crate) fn place(&self, square: u32, u: Vec2) -> Place {
+        let (cell, square) = (self.cell_of(square), &self.squares[square as usize]);
+        let (axis, high) = (square.axis(), square.face % 2 == 1);
         let (x, y, size) = ((axis + 1) % 3, (axis + 2) % 3, cell.bounds.size());
         let (mut position, mut normal) = (cell.bounds.min, Vec3::ZERO);
-        position[x] += u.x * size[x];
-        position[y] += u.y * size[y];
+        position[x] += (square.at[0] as f32 + u.x) / square.of as f32 * size[x];
+        position[y] += (square.at[1] as f32 + u.y) / square.of as f32 * size[y];
         position[axis] = if high { cell.bounds.max[axis] } else { cell.bounds.min[axis] };
         normal[axis] = if high { 1.0 } else { -1.0 };
-        Place { position, normal, area: area(cell, axis) }
+        Place { position, normal, area: square.area(&self.cells) }
     }
 
-    /// With which chance a photon is drawn for the face of this number.
+    /// With which chance a photon is drawn for the square of this number.
     pub(crate) fn chance(&self, number: usize) -> f32 {
         self.upto[number] - if number == 0 { 0.0 } else { self.upto[number - 1] }
     }
 
-    /// The face for `u`, uniform in [0, 1), and its chance.
+    /// The square for `u`, uniform in [0, 1), and its chance.
     pub(crate) fn choose(&self, u: f32) -> (u32, f32) {
         let number = self.upto.partition_point(|&upto| upto <= u).min(self.upto.len() - 1);
         (number as u32, self.chance(number))
     }
-}
-
-/// Of a face across an axis.
-fn area(cell: &Cell, axis: usize) -> f32 {
-    let size = cell.bounds.size();
-    size[(axis + 1) % 3] * size[(axis + 2) % 3]
 }
 
 /// Running sums, scaled to end at 1.

@@ -54,7 +54,7 @@ impl Emission {
         let Self::Gridded(rectangles, grid) = self else { return Vec::new() };
         let each = grid[0] * grid[1];
         let of = |light: usize| {
-            let numbers = landed.iter().map(|landed| landed.start);
+            let numbers = landed.iter().map(|landed| landed.square);
             let own = numbers.filter(move |number| (number / each) as usize == light);
             own.map(|number| [number % each % grid[0], number % each / grid[0]])
         };
@@ -159,13 +159,13 @@ impl PhotonPlan {
     }
 }
 
-/// What photons by each face are worth: the root of the mean square of what one brings to the eye.
+/// What photons through each square are worth: the root of the mean square of what one brings to the eye.
 fn worth(guide: &Guide, seen: &Seen, landed: &[Landed]) -> Vec<f64> {
-    let mut squares = vec![0.0; guide.faces()];
-    for Landed { photon, start } in landed {
+    let mut squares = vec![0.0; guide.len()];
+    for Landed { photon, square } in landed {
         let brought = f64::from(photon.flux.element_sum() * seen.weight(photon.position));
-        squares[*start as usize] += brought * brought;
+        squares[*square as usize] += brought * brought;
     }
-    // Power is over the chance already: times it, it is what a photon by this face brings.
+    // Power is over the chance already: times it, it is what a photon through this square brings.
     squares.iter().enumerate().map(|(i, square)| (square * f64::from(guide.chance(i))).sqrt()).collect()
 }
