@@ -4,10 +4,11 @@ mod common;
 
 use common::{Build, assert_close, look_at, render, shapes, with_renderer};
 use std::f64::consts::PI;
-use vastlight_math::{Affine3, Quat, Vec3};
-use vastlight_scene::{ColorInput, Light, LightKind, Material, ScalarInput, Scene};
-use vastlight_transport::photon::{PhotonMaps, PhotonPlan, PhotonSettings};
-use vastlight_transport::{RenderSettings, Renderer, Sample};
+use vastlight_math::{Affine3, Frame, Quat, Vec3};
+use vastlight_scene::{ColorInput, Light, LightKind, Material, Mesh, ScalarInput, Scene};
+use vastlight_transport::bsdf::Wavelength;
+use vastlight_transport::photon::{Photon, PhotonMaps, PhotonPlan, PhotonSettings};
+use vastlight_transport::{BsdfParams, RenderSettings, Renderer, Sample};
 
 fn floor() -> Affine3 {
     facing(Vec3::Y, 10.0, Vec3::ZERO)
@@ -152,6 +153,103 @@ fn a_plate_of_glass_passes_what_fresnel_says() {
     }
     let (power, _) = landed(&scene);
     assert_close(f64::from(power.x), expected, 0.012, "power through a plate");
+}
+
+/// The photons of a grid of so many rows from each point light.
+fn by_grid(scene: &Scene, edge: u32) -> Vec<Photon> {
+    let mut settings = settings(1, Some(1e3));
+    settings.caustics =
+        settings.caustics.map(|caustics| PhotonSettings { grid: Some([edge; 2]), ..caustics });
+    with_renderer(scene, settings, |renderer| {
+        let plan = renderer.photon_plan().expect("in memory").expect("photons are wanted");
+        renderer.photons(&plan, 0).expect("in memory").0
+    })
+}
+
+#[test]
+fn a_grid_brings_as_much_light_as_chance() {
+    let mut build = Build::in_light(Vec3::ZERO);
+    build.desc.lights.push(point_light(Vec3::new(0.5, 4.0, 0.0), 9.0));
+    build.add(shapes::quad(), Material::diffuse("floor", Vec3::ONE), floor());
+    build.add(shapes::sphere(4, true), Material::glass("glass", 1.5, 0.0), ball(0.8, Vec3::Y));
+    let scene = build.finish();
+    let sum = |photons: &[Photon]| photons.iter().map(|photon| photon.flux.x).sum::<f32>();
+    let passes = 8;
+    let by_chance = with_renderer(&scene, settings(1 << 15, None), |renderer| {
+        let plan = renderer.photon_plan().expect("in memory").expect("photons are wanted");
+        let pass = |pass| sum(&renderer.photons(&plan, pass).expect("in memory").0);
+        (0..passes).map(pass).sum::<f32>() / passes as f32
+    });
+    let photons = by_grid(&scene, 400);
+    let (power, count) = (sum(&photons), photons.len());
+    assert_close(f64::from(power), f64::from(by_chance), 4e-3, "power through a ball");
+    // A disc in a square: most of the rectangle is the ball.
+    assert!(count > 400 * 400 / 2, "the rectangle is laid around the ball: {count} photons landed");
+}
+
+/// A prism of 60 degrees with its edge up, along z, of height 1.
+fn prism() -> Mesh {
+    let corners = [[0.0, 1.0], [-0.577_35, 0.0], [0.577_35, 0.0_f32]];
+    let at = |z: f32| corners.map(|[x, y]| Vec3::new(x, y, z));
+    let triangles =
+        vec![[0, 1, 2], [3, 5, 4], [0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2], [2, 5, 3], [2, 3, 0]];
+    Mesh { positions: [at(0.5), at(-0.5)].concat(), triangles, ..Mesh::default() }
+}
+
+/// Index of refraction and colour of the wavelength for `u` in a glass.
+fn in_glass(u: f32, ior: f32, dispersion: f32) -> (f64, Vec3) {
+    let glass = BsdfParams { ior, dispersion, thin: false, ..BsdfParams::diffuse(Vec3::ONE) };
+    let mut params = BsdfParams { transmission: 1.0, ..glass };
+    Wavelength::new(u, false).apply(&mut params);
+    (f64::from(params.ior), params.transmission_tint)
+}
+
+#[test]
+fn a_prism_parts_colours_as_snell_says() {
+    let (incidence, apex) = (50.0_f64.to_radians(), 60.0_f64.to_radians());
+    let (ior, dispersion) = (1.5, 20.0 / 30.0);
+    // The left face looks up by 150 degrees: the beam goes up by 20.
+    let up = (incidence - 30.0_f64.to_radians()) as f32;
+    let beam = Vec3::new(up.cos(), up.sin(), 0.0);
+    let frame = Frame::from_z(-beam);
+    let source = Vec3::new(-0.288_675, 0.5, 0.0) - beam * 3.0;
+    let mut build = Build::in_light(Vec3::ZERO);
+    build.desc.lights.push(Light {
+        kind: LightKind::Spot { inner: 0.008, outer: 0.009 },
+        world_from_light: Affine3::from_cols(frame.x, frame.y, frame.z, source),
+        ..point_light(source, 100.0)
+    });
+    let glass = Material { dispersion, ..Material::glass("prism", ior, 0.0) };
+    build.add(prism(), glass, Affine3::IDENTITY);
+    build.add(shapes::quad(), Material::diffuse("wall", Vec3::ONE), facing(-Vec3::X, 20.0, Vec3::X * 5.0));
+    let scene = build.finish();
+    // Mean angle of what leaves the prism downwards, by colour: found, and by Snell's law at both faces.
+    let (mut expected, mut weights) = ([0.0; 3], [0.0; 3]);
+    for i in 0..4000 {
+        let (n, color) = in_glass((i as f32 + 0.5) / 4000.0, ior, dispersion);
+        let inside = apex - (incidence.sin() / n).asin();
+        let exit = (n * inside.sin()).asin();
+        for c in 0..3 {
+            expected[c] += f64::from(color[c]) * (exit - 30.0_f64.to_radians());
+            weights[c] += f64::from(color[c]);
+        }
+    }
+    let (mut found, mut power) = ([0.0; 3], [0.0; 3]);
+    let photons = by_grid(&scene, 256);
+    assert!(photons.len() > 30_000, "the rectangle is laid around the beam: {} photons", photons.len());
+    for photon in photons.iter().filter(|photon| photon.segments == 3) {
+        for c in 0..3 {
+            found[c] += f64::from(photon.flux[c]) * f64::from(photon.from.y.atan2(-photon.from.x));
+            power[c] += f64::from(photon.flux[c]);
+        }
+    }
+    let [red, green, blue]: [f64; 3] = std::array::from_fn(|c| (found[c] / power[c]).to_degrees());
+    for (c, name) in ["red", "green", "blue"].into_iter().enumerate() {
+        let (found, expected) = (found[c] / power[c], expected[c] / weights[c]);
+        let apart = (found - expected).abs().to_degrees();
+        assert!(apart < 0.1, "{name} is {apart} degrees off {}", expected.to_degrees());
+    }
+    assert!(red + 0.5 < green && green + 0.5 < blue, "colours part in their order: {red} {green} {blue}");
 }
 
 /// A glass or metal thing over a floor, under a lamp that paths find often enough.

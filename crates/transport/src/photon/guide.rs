@@ -83,6 +83,8 @@ impl Guide {
 
     /// By what came of photons through each square, and by area. `worth` is not negative.
     pub(crate) fn by_worth(self, worth: &[f64]) -> Self {
+        let worth: Vec<f64> =
+            (0..worth.len()).map(|i| worth[i].max(0.5 * self.best_beside(worth, i))).collect();
         let total: f64 = worth.iter().sum();
         if !(total > 0.0 && total.is_finite()) {
             return self;
@@ -94,6 +96,17 @@ impl Guide {
             .map(|(i, worth)| by_area(i) + worth / total * f64::from(1.0 - ANYWHERE))
             .collect();
         Self { upto: cumulative(&chances), ..self }
+    }
+
+    /// The worth of the best square that touches this one on its face. What a trial has not seen there may be as good: the rim of a
+    /// lens goes through squares of which little shines.
+    fn best_beside(&self, worth: &[f64], number: usize) -> f64 {
+        let Square { at: [x, y], of, .. } = self.squares[number];
+        let first = number - (y * of + x) as usize;
+        let columns = x.saturating_sub(1)..(x + 2).min(of);
+        let rows = y.saturating_sub(1)..(y + 2).min(of);
+        let beside = rows.flat_map(|y| columns.clone().map(move |x| first + (y * of + x) as usize));
+        beside.map(|i| worth[i]).fold(0.0, f64::max)
     }
 
     /// How many squares there are.
