@@ -5,6 +5,7 @@ use crate::{Error, ErrorClass};
 use std::fs;
 use vastlight_film::{Aov, FilmTile};
 use vastlight_scene::{Instances, Mesh, Scene};
+use vastlight_transport::RenderSettings;
 
 /// What a picture of a scene needs, in bytes. An estimate, made before the work.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,6 +32,9 @@ const BYTES_AT_HAND: u64 = 110;
 const WAVE_BYTES_PER_THREAD: u64 = 16 << 20;
 /// Bytes of a path in flight on a graphics processor, its way back included, times how many there are.
 const WAVE_BYTES_ON_DEVICE: u64 = (352 + 3 * 64) << 16;
+/// Bytes of a photon of a pass, and of the trial passes before the first.
+const BYTES_PER_PHOTON: u64 = 320;
+const TRIAL_BYTES: u64 = 48 << 20;
 /// Compiled kernels, and the driver that compiles them: a software adapter was seen to take 253 MiB, and 506 MiB where the driver's
 /// cache did not know the kernels.
 const DRIVER_BYTES: u64 = 512 << 20;
@@ -57,6 +61,12 @@ impl MemoryEstimate {
             paths: threads as u64 * WAVE_BYTES_PER_THREAD + BASE_BYTES,
             device: 0,
         }
+    }
+
+    /// The same with the photons that a picture wants.
+    #[must_use]
+    pub fn with_photons(self, settings: &RenderSettings) -> Self {
+        Self { paths: self.paths + photon_bytes(settings), ..self }
     }
 
     /// The same on a graphics processor.
@@ -101,6 +111,13 @@ const UNKNOWN_MACHINE: u64 = 4 << 30;
 /// What the user says, else the default.
 pub(crate) fn budget_bytes(memory: Option<u64>) -> u64 {
     memory.or_else(default_budget_bytes).unwrap_or(UNKNOWN_MACHINE)
+}
+
+/// Bytes of the photons of a pass, on their way, landed, sorted and indexed.
+pub(crate) fn photon_bytes(settings: &RenderSettings) -> u64 {
+    let pixels = settings.region().pixels();
+    let photons = settings.caustics.map_or(0, |caustics| caustics.count(pixels));
+    u64::from(photons) * BYTES_PER_PHOTON + if photons > 0 { TRIAL_BYTES } else { 0 }
 }
 
 /// Bytes of a film, its picture, and the file in memory.

@@ -1,6 +1,6 @@
 //! Memory and threads for a scene in a store.
 
-use crate::memory::{budget_bytes, film_bytes, refuse_beyond, rss_bytes};
+use crate::memory::{budget_bytes, film_bytes, photon_bytes, refuse_beyond, rss_bytes};
 use crate::{Error, ErrorClass, OpenScene, RenderRequest, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
@@ -177,7 +177,7 @@ impl<'s> Kinds<'s> {
     fn within(&self, request: &RenderRequest) -> Result<Caches, Error> {
         let Self { geometry, attributes, tiles, .. } = self;
         let film = film_bytes(request.settings.region().pixels(), &request.aovs);
-        let fixed = self.fixed_bytes(film, &request.paging);
+        let fixed = self.fixed_bytes(film + photon_bytes(&request.settings), &request.paging);
         let (least_of_tiles, most_of_tiles) = tiles.as_ref().map_or((0, 0), |t| (t.least(), t.most()));
         let least_of_others = geometry.least() + attributes.least();
         let most_of_others = geometry.most() + attributes.most();

@@ -429,7 +429,8 @@ pub(crate) fn check_request(open: &OpenScene, request: &RenderRequest, common: &
 /// Refuses a picture that cannot fit into the budget.
 fn check_memory(scene: &Scene, request: &RenderRequest, common: &Common) -> Result<(), Error> {
     let pixels = request.settings.region().pixels();
-    let estimate = MemoryEstimate::new(scene, pixels, &request.aovs, rayon::current_num_threads());
+    let estimate = MemoryEstimate::new(scene, pixels, &request.aovs, rayon::current_num_threads())
+        .with_photons(&request.settings);
     let on_cpu = !matches!(request.device.device, Device::Gpu(_));
     let estimate = if on_cpu { estimate } else { estimate.on_graphics_processor(scene) };
     match common.memory.or_else(vastlight::default_budget_bytes) {

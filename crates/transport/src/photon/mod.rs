@@ -79,3 +79,15 @@ pub struct PhotonSettings {
     /// How they count by distance.
     pub weight: Kernel,
 }
+
+impl PhotonSettings {
+    /// Photons of a pass for a picture of so many pixels; by a grid, those of one light.
+    #[must_use]
+    pub fn count(&self, pixels: u64) -> u32 {
+        match self.grid {
+            Some([columns, rows]) => columns.saturating_mul(rows),
+            // Their work is a part of the paths' work.
+            None => self.photons.unwrap_or((pixels / 4).clamp(1 << 16, 1 << 20) as u32),
+        }
+    }
+}

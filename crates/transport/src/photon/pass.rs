@@ -17,11 +17,6 @@ thread_local! {
     static FLIGHT: Cell<Flight> = Cell::default();
 }
 
-/// Photons of a pass for a picture of so many pixels: their work is a part of the paths' work.
-fn by_pixels(pixels: u64) -> u32 {
-    (pixels / 4).clamp(1 << 16, 1 << 20) as u32
-}
-
 impl Renderer<'_> {
     /// Decides where photons begin and how far they are gathered; none where the settings want no photons.
     ///
@@ -38,7 +33,7 @@ impl Renderer<'_> {
         let mut wave = Wave::default();
         wave.walk_through(self.walk()?);
         let seen = Seen::new(&self.context(None), wave)?;
-        let photons = settings.photons.unwrap_or_else(|| by_pixels(self.settings().region().pixels()));
+        let photons = settings.count(self.settings().region().pixels());
         PhotonPlan::new(cells, &seen, settings, (photons, size), |departure| Ok(self.fly(departure)?.0))
             .map(Some)
     }
