@@ -40,23 +40,23 @@ pub(super) fn prism(_: &GenerateOptions) -> SceneDesc {
         name: "beam".into(),
         kind: LightKind::Spot { inner: 0.028, outer: 0.034 },
         world_from_light: Affine3::from_cols(frame.x, frame.y, frame.z, SOURCE),
-        intensity: Vec3::splat(3000.0),
+        intensity: Vec3::splat(2600.0),
         range: f32::INFINITY,
         profile: None,
     });
-    b.desc.environment = Some(Environment::Constant(Vec3::splat(0.06)));
+    b.desc.environment = Some(Environment::Constant(Vec3::splat(0.09)));
     b.desc.cameras.push(Camera::look_at(
         "desk",
-        Vec3::new(-0.4, 2.2, 4.4),
-        Vec3::new(0.75, 0.42, -0.6),
+        Vec3::new(0.35, 1.7, 3.7),
+        Vec3::new(0.95, 0.42, -0.6),
         36_f32.to_radians(),
     ));
     b.desc
 }
 
-/// Two plates that leave an upright slit of 4 cm for the beam.
+/// Two plates that leave an upright slit of 14 mm for the beam.
 fn slit(b: &mut Builder, material: u32) {
-    let (width, gap, height) = (0.7, 0.02, 1.3);
+    let (width, gap, height) = (0.7, 0.007, 1.3);
     let along = (TARGET - SOURCE).with_y(0.0).normalize();
     let at = SOURCE + (TARGET - SOURCE) * 0.45;
     let map = Affine3::from_cols(Vec3::Y.cross(along), Vec3::Y, along, at.with_y(0.0));
