@@ -9,7 +9,7 @@ use vastlight::{Device, DeviceRequest, Error, ErrorClass, parse_bytes};
 ///
 /// SCENE is a glTF/GLB, OBJ, PLY or STL file, a store (.vls), or demo:NAME. Progress and messages go to stderr, results to stdout.
 ///
-/// Exit codes: 0 done (also at the time limit), 1 pictures differ (diff --tolerance), 2 usage, 3 scene or input, 4 memory budget, 5 device, 6 output, 7
+/// Exit codes: 0 done (also at the time limit), 1 pictures differ (diff --tolerance), 2 usage, 3 scene or input, 4 memory budget, 5 device or denoiser, 6 output, 7
 /// non-finite samples under --strict, 130 interrupted.
 #[derive(Parser, Debug)]
 #[command(name = "vastlight", version, propagate_version = true)]

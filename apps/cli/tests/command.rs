@@ -59,16 +59,7 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
 #[test]
 fn flags_of_later_versions_are_refused_not_ignored() {
     let w = Workspace::new();
-    let flags = [
-        "--noise 0.1",
-        "--frames 1-3",
-        "--checkpoint c",
-        "--resume",
-        "--passes 1-2",
-        "--denoise",
-        "--caustics photons",
-        "--integrator photon-caustics",
-    ];
+    let flags = ["--noise 0.1", "--frames 1-3", "--checkpoint c", "--resume", "--passes 1-2"];
     for flag in flags {
         let outcome = w.run(&format!("render demo:cornell -o a.png -r 8x8 --spp 1 {flag}"));
         assert_eq!(outcome.code, 2, "{flag}: {}", outcome.stderr);

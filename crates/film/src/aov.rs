@@ -39,6 +39,17 @@ impl Aov {
             Self::Material => "material",
         }
     }
+
+    /// The channels of an output that is one vector a pixel.
+    #[must_use]
+    pub const fn vector_channels(self) -> Option<[&'static str; 3]> {
+        match self {
+            Self::Albedo => Some(["albedo.R", "albedo.G", "albedo.B"]),
+            Self::Normal => Some(["normal.X", "normal.Y", "normal.Z"]),
+            Self::Position => Some(["position.X", "position.Y", "position.Z"]),
+            _ => None,
+        }
+    }
 }
 
 impl fmt::Display for Aov {

@@ -42,6 +42,10 @@ fn image(picture: &Picture) -> exr::error::Result<Image<Layer<AnyChannels<FlatSa
     attributes
         .other
         .insert(Text::from("colorInteropID"), AttributeValue::Text(Text::from("lin_rec709_scene")));
+    if let Some(denoiser) = &picture.denoiser {
+        let text = AttributeValue::Text(Text::from(denoiser.as_str()));
+        attributes.other.insert(Text::from("denoiser"), text);
+    }
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
@@ -86,6 +90,7 @@ mod tests {
                 Cryptomatte::new("CryptoObject", ["a", "b", "c"]),
                 Cryptomatte::new("CryptoMaterial", ["d"]),
             ],
+            denoiser: Some("a filter".into()),
         }
     }
 
@@ -120,10 +125,14 @@ mod tests {
         let meta = exr::meta::MetaData::read_from_buffered(&bytes[..], true).expect("valid header");
         let header = &meta.headers[0];
         assert_eq!(header.shared_attributes.chromaticities, Some(rec709()));
-        let text = |name: &str| match header.own_attributes.other.get(&Text::from(name)) {
-            Some(AttributeValue::Text(text)) => text.to_string(),
-            other => panic!("{name}: {other:?}"),
+        let text = |name: &str| {
+            let own = header.own_attributes.other.get(&Text::from(name));
+            match own.or_else(|| header.shared_attributes.other.get(&Text::from(name))) {
+                Some(AttributeValue::Text(text)) => text.to_string(),
+                other => panic!("{name}: {other:?}"),
+            }
         };
+        assert_eq!(text("denoiser"), "a filter");
         for (name, value) in Cryptomatte::new("CryptoObject", ["a", "b", "c"]).attributes() {
             assert_eq!(text(&name), value);
         }

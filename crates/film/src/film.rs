@@ -150,7 +150,7 @@ impl Film {
             Plane { name, values }
         };
         let planes = names.into_par_iter().enumerate().map(scatter).collect();
-        Picture { full_size: self.settings.full_size, window, planes, mattes }
+        Picture { full_size: self.settings.full_size, window, planes, mattes, denoiser: None }
     }
 }
 
@@ -169,9 +169,9 @@ fn plane_names(aovs: &[Aov]) -> Vec<String> {
     let mut names: Vec<String> = ["R", "G", "B"].map(String::from).into();
     for aov in Aov::ALL.iter().filter(|a| aovs.contains(a)) {
         match aov {
-            Aov::Albedo => names.extend(["albedo.R", "albedo.G", "albedo.B"].map(String::from)),
-            Aov::Normal => names.extend(["normal.X", "normal.Y", "normal.Z"].map(String::from)),
-            Aov::Position => names.extend(["position.X", "position.Y", "position.Z"].map(String::from)),
+            Aov::Albedo | Aov::Normal | Aov::Position => {
+                names.extend(aov.vector_channels().into_iter().flatten().map(String::from));
+            }
             Aov::Depth => names.push("depth.Z".into()),
             Aov::Alpha => names.push("A".into()),
             Aov::Object => names.extend(matte_channels(Film::OBJECT_LAYER)),

@@ -1,6 +1,6 @@
 //! A developed picture: named planes of linear f32.
 
-use crate::{Cryptomatte, Window};
+use crate::{Aov, Cryptomatte, Window};
 
 /// One channel of a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +22,8 @@ pub struct Picture {
     pub planes: Vec<Plane>,
     /// Matte layers whose channels are among the planes.
     pub mattes: Vec<Cryptomatte>,
+    /// What took the noise out of the colour, for the metadata of files; `None` for the means of samples.
+    pub denoiser: Option<String>,
 }
 
 impl Picture {
@@ -34,6 +36,7 @@ impl Picture {
             window: Window::whole(width, height),
             planes: ["R", "G", "B"].into_iter().zip(rgb).map(plane).collect(),
             mattes: Vec::new(),
+            denoiser: None,
         }
     }
 
@@ -49,9 +52,32 @@ impl Picture {
         self.planes.iter().find(|p| p.name == name).map(|p| &p.values[..])
     }
 
+    /// Three channels, if all are there.
+    #[must_use]
+    pub fn three(&self, names: [&str; 3]) -> Option<[&[f32]; 3]> {
+        let [a, b, c] = names.map(|name| self.plane(name));
+        Some([a?, b?, c?])
+    }
+
     /// The three colour channels, if all are there.
     #[must_use]
     pub fn rgb(&self) -> Option<[&[f32]; 3]> {
-        Some([self.plane("R")?, self.plane("G")?, self.plane("B")?])
+        self.three(["R", "G", "B"])
+    }
+
+    /// Puts other values into the three colour channels.
+    pub fn set_rgb(&mut self, rgb: [Vec<f32>; 3]) {
+        for (name, values) in ["R", "G", "B"].into_iter().zip(rgb) {
+            if let Some(plane) = self.planes.iter_mut().find(|plane| plane.name == name) {
+                plane.values = values;
+            }
+        }
+    }
+
+    /// Takes out the channels of an auxiliary output that is one vector a pixel; others stay.
+    pub fn remove(&mut self, aov: Aov) {
+        if let Some(names) = aov.vector_channels() {
+            self.planes.retain(|plane| !names.contains(&plane.name.as_str()));
+        }
     }
 }

@@ -60,6 +60,9 @@ pub fn encode_png(picture: &Picture, options: &PngOptions) -> io::Result<Vec<u8>
         BitDepth::Sixteen => png::BitDepth::Sixteen,
     });
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    if let Some(denoiser) = &picture.denoiser {
+        encoder.add_text_chunk("Denoiser".to_owned(), denoiser.clone())?;
+    }
     let mut writer = encoder.write_header()?;
     writer.write_image_data(&samples)?;
     writer.finish()?;
@@ -142,5 +145,8 @@ mod tests {
         assert!(bytes.windows(4).any(|w| w == b"sRGB"));
         assert!(!bytes.windows(4).any(|w| w == b"tIME"));
         assert_eq!(bytes, encode_png(&ramp(), &PngOptions::default()).expect("encoded"));
+        let denoised = Picture { denoiser: Some("a filter".into()), ..ramp() };
+        let bytes = encode_png(&denoised, &PngOptions::default()).expect("encoded");
+        assert!(bytes.windows(17).any(|w| w == b"Denoiser\0a filter"));
     }
 }

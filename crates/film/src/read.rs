@@ -36,6 +36,7 @@ fn read_exr(path: &Path) -> Result<Picture, FilmError> {
         window: Window { x0, y0, x1: x0.saturating_add(width), y1: y0.saturating_add(height) },
         planes: planes.collect(),
         mattes: Vec::new(),
+        denoiser: None,
     })
 }
 

@@ -17,6 +17,7 @@
 mod budget;
 mod cached;
 mod camera;
+mod denoise;
 mod device;
 mod environment;
 mod error;
@@ -39,6 +40,7 @@ mod textures;
 pub use budget::check_fits;
 pub use cached::cached_store;
 pub use camera::CameraChoice;
+pub use denoise::Denoising;
 pub use device::{Device, DeviceRequest, paths_in_flight};
 pub use error::{Error, ErrorClass};
 pub use input::PackInput;

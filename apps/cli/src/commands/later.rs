@@ -16,8 +16,6 @@ pub(crate) struct Later {
     resume: bool,
     #[arg(long, hide = true)]
     passes: Option<String>,
-    #[arg(long, hide = true)]
-    denoise: bool,
 }
 
 impl Later {
@@ -29,7 +27,6 @@ impl Later {
             ("--checkpoint", self.checkpoint.is_some()),
             ("--resume", self.resume),
             ("--passes", self.passes.is_some()),
-            ("--denoise", self.denoise),
         ];
         match given.iter().find(|(_, given)| *given) {
             Some((flag, _)) => Err(Error::usage("this option is not available yet", *flag, "leave it out")),

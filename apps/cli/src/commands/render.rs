@@ -12,15 +12,15 @@ use serde_json::json;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
-use vastlight::film::{Aov, BitDepth, PngOptions, ToneCurve};
+use vastlight::film::{Aov, BitDepth, Picture, PngOptions, ToneCurve};
 use vastlight::math::Vec3;
 use vastlight::scene::{Camera, Scene};
 use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Control, Device, Ending, Error, ErrorClass, MemoryEstimate, OpenScene, PackControl,
-    PackProgress, RenderRequest, Rendered, Stats, cached_store, check_fits, human_bytes,
+    CameraChoice, Control, Denoising, Device, Ending, Error, ErrorClass, MemoryEstimate, OpenScene,
+    PackControl, PackProgress, RenderRequest, Rendered, Stats, cached_store, check_fits, human_bytes,
 };
 
 /// The arguments of `render`.
@@ -106,6 +106,9 @@ struct OutputArguments {
     /// Auxiliary outputs in the EXR, separated by commas: albedo, normal, depth, alpha, position, object, material
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     aov: Vec<Aov>,
+    /// Take the noise out of the colour with Open Image Denoise, where it is installed (see docs/outputs.md)
+    #[arg(long)]
+    denoise: bool,
     /// Exposure of the PNG in stops
     #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = values::finite, allow_hyphen_values = true)]
     exposure: f32,
@@ -270,11 +273,17 @@ impl OutputArguments {
         }
         Ok((file, self.png_options()?))
     }
+
+    /// The denoiser, if the picture is to be denoised.
+    fn denoising(&self) -> Result<Option<Denoising>, Error> {
+        self.denoise.then(|| Denoising::open(&self.aov)).transpose()
+    }
 }
 
 pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result<Exit, Error> {
     arguments.later.check()?;
     let (file, png) = arguments.output.check()?;
+    let denoising = arguments.output.denoising()?;
     let reporter = Reporter::new(arguments.output.progress, common.quiet);
     let cancel = interrupt::flag()?;
 
@@ -283,11 +292,15 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let load_ms = millis(start.elapsed());
     show_findings(scene, common, &reporter);
     warn_of_changes(&open, common, &reporter);
-    let mut request = arguments.picture.request(scene, arguments.output.aov.clone())?;
+    let aovs = denoising.as_ref().map_or_else(|| arguments.output.aov.clone(), Denoising::rendered_aovs);
+    let mut request = arguments.picture.request(scene, aovs)?;
     request.paging.memory = common.memory;
     request.device = common.device_request();
     request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
     check_request(&open, &request, common)?;
+    if let Some(denoising) = &denoising {
+        denoising.check_memory(request.settings.region().pixels(), common.memory)?;
+    }
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.shown()));
 
     let control = Control { cancel, progress: &|p| reporter.update(p) };
@@ -298,11 +311,30 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
         eprintln!("interrupted before the first sample, {} is not written", file.name());
         return Ok(Exit::Interrupted);
     }
-    file.write(&rendered.develop(), &png)?;
+    let finished = Finished::new(&rendered, denoising.as_ref());
+    file.write(&finished.picture, &png)?;
     if let Some(path) = &arguments.output.stats {
-        output::write_text(path, &stats_json(&rendered, load_ms, start))?;
+        output::write_text(path, &stats_json(&rendered, &finished, load_ms, start))?;
     }
+    finished.denoised.map_err(|e| Error { hint: "the picture is written with its noise".into(), ..e })?;
     conclude(arguments, common, &reporter, &file, &rendered, start)
+}
+
+/// The picture as it is written.
+struct Finished {
+    picture: Picture,
+    /// Whether it could be denoised, where it was to be.
+    denoised: Result<(), Error>,
+    denoise_ms: f64,
+}
+
+impl Finished {
+    fn new(rendered: &Rendered, denoising: Option<&Denoising>) -> Self {
+        let mut picture = rendered.develop();
+        let start = Instant::now();
+        let denoised = denoising.map_or(Ok(()), |denoising| denoising.run(&mut picture));
+        Self { picture, denoised, denoise_ms: millis(start.elapsed()) }
+    }
 }
 
 /// Says what was rendered, and how it ended.
@@ -371,11 +403,13 @@ fn details(stats: &Stats) -> String {
 }
 
 /// The contents of `--stats`: the render's own figures, and the times of the whole process.
-fn stats_json(rendered: &Rendered, load_ms: f64, start: Instant) -> String {
+fn stats_json(rendered: &Rendered, finished: &Finished, load_ms: f64, start: Instant) -> String {
     let stats = &rendered.stats;
     let mut value = json!(stats);
     value["load_ms"] = json!(load_ms);
     value["first_image_ms"] = json!(load_ms + stats.build_ms + stats.prepare_ms + stats.first_pass_ms);
+    value["denoiser"] = json!(finished.picture.denoiser);
+    value["denoise_ms"] = json!(finished.picture.denoiser.as_ref().map(|_| finished.denoise_ms));
     value["total_ms"] = json!(millis(start.elapsed()));
     value["version"] = json!(env!("CARGO_PKG_VERSION"));
     format!("{value:#}\n")

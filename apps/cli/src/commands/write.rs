@@ -105,7 +105,11 @@ pub(crate) fn exchange(
 }
 
 fn write_error(error: &ExportError) -> Error {
-    Error::new(ErrorClass::Output, error.to_string(), "", "")
+    let class = match error {
+        ExportError::Implicit { .. } | ExportError::Scene(_) => ErrorClass::Scene,
+        _ => ErrorClass::Output,
+    };
+    Error::new(class, error.to_string(), "", "")
 }
 
 fn in_words(size: &StoreSize, seconds: f64) -> String {

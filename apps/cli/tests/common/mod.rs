@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 /// A temporary folder in which the command runs.
@@ -30,6 +30,11 @@ impl Workspace {
     /// Runs to the end.
     pub(crate) fn run(&self, arguments: &str) -> Outcome {
         Self::outcome(&mut self.command(arguments))
+    }
+
+    /// Runs to the end with a variable in the environment.
+    pub(crate) fn run_with(&self, variable: &str, value: &Path, arguments: &str) -> Outcome {
+        Self::outcome(self.command(arguments).env(variable, value))
     }
 
     /// Runs to the end in a shell that does something before.
