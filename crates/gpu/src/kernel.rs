@@ -2,7 +2,7 @@
 //!
 //! A line `//#include NAME` stands for the shared part of that name, which is put in once.
 
-use crate::{build, page, path, primitives, trace};
+use crate::{build, page, path, photon, primitives, trace};
 
 /// A kernel: one file of `wgsl/` with one entry point, `main`.
 #[derive(Debug, PartialEq, Eq)]
@@ -118,6 +118,9 @@ const SHARED: &[(&str, &str)] = &[
     ("path_walk", include_str!("wgsl/shared/path/path_walk.wgsl")),
     ("path_walk_settled", include_str!("wgsl/shared/path/path_walk_settled.wgsl")),
     ("phong", include_str!("wgsl/shared/path/phong.wgsl")),
+    ("photon_grid", include_str!("wgsl/shared/photon/photon_grid.wgsl")),
+    ("photon_kept", include_str!("wgsl/shared/photon/photon_kept.wgsl")),
+    ("photon_words", include_str!("wgsl/shared/photon/photon_words.wgsl")),
     ("place_of", include_str!("wgsl/shared/place_of.wgsl")),
     ("pool", include_str!("wgsl/shared/pool.wgsl")),
     ("pool_one", include_str!("wgsl/shared/pool_one.wgsl")),
@@ -174,6 +177,7 @@ pub fn all() -> Vec<&'static Kernel> {
         &path::KERNELS,
         &path::STREAM_KERNELS,
         &page::KERNELS,
+        &photon::KERNELS,
         &build::KERNELS,
     ]
     .concat()

@@ -13,6 +13,7 @@ mod paging;
 mod parts;
 mod path;
 mod path_scenes;
+mod photon;
 mod primitives;
 mod quiet;
 mod random;
