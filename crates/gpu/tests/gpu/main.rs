@@ -14,6 +14,7 @@ mod parts;
 mod path;
 mod path_scenes;
 mod photon;
+mod photon_caustics;
 mod primitives;
 mod quiet;
 mod random;

@@ -24,7 +24,7 @@ pub(crate) use flight::receives;
 pub(crate) use gather::Gather;
 pub use kernel::Kernel;
 pub use map::{Near, PHOTON_WORDS, PhotonMap};
-pub use plan::PhotonPlan;
+pub use plan::{GridPass, PhotonPlan};
 pub use search::{SearchKind, VoxelGrid};
 
 use vastlight_math::Vec3;
