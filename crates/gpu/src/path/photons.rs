@@ -105,9 +105,16 @@ impl DeviceRenderer<'_> {
             return Err(GpuError::Scene { reason });
         };
         let bytes = 4 * PHOTON_WORDS as u64 * u64::from(LANDINGS) * u64::from(pass.photons);
+        let limit = self.executor.adapter().limits.binding_bytes;
+        if bytes > limit {
+            return Err(GpuError::Limit { what: "photons in bytes".to_owned(), wanted: bytes, limit });
+        }
         let unsorted = self.executor.allocate("photons", bytes)?;
         let sent = self.send(&pass, streams, unsorted);
         self.executor.release(unsorted);
+        if sent.is_err() {
+            self.release_photons();
+        }
         sent
     }
 
