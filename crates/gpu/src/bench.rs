@@ -1,9 +1,11 @@
 //! What `bench sort`, `bench build` and `bench trace` do with `--device gpu`.
 
 mod build;
+mod photons;
 mod trace;
 
 pub use build::{BuildFigures, BuildInput, Built, build};
+pub use photons::{IndexFigures, index};
 pub use trace::{TraceFigures, trace};
 
 use crate::error::GpuError;

@@ -2,7 +2,7 @@
 //!
 //! A line `//#include NAME` stands for the shared part of that name, which is put in once.
 
-use crate::{build, page, path, primitives, trace};
+use crate::{build, page, path, photon, primitives, trace};
 
 /// A kernel: one file of `wgsl/` with one entry point, `main`.
 #[derive(Debug, PartialEq, Eq)]
@@ -70,6 +70,7 @@ const SHARED: &[(&str, &str)] = &[
     ("bsdf/albedo", include_str!("wgsl/shared/path/bsdf/albedo.wgsl")),
     ("bsdf/coat", include_str!("wgsl/shared/path/bsdf/coat.wgsl")),
     ("bsdf/cosine", include_str!("wgsl/shared/path/bsdf/cosine.wgsl")),
+    ("bsdf/focus", include_str!("wgsl/shared/path/bsdf/focus.wgsl")),
     ("bsdf/fresnel", include_str!("wgsl/shared/path/bsdf/fresnel.wgsl")),
     ("bsdf/ggx", include_str!("wgsl/shared/path/bsdf/ggx.wgsl")),
     ("bsdf/interface", include_str!("wgsl/shared/path/bsdf/interface.wgsl")),
@@ -118,6 +119,12 @@ const SHARED: &[(&str, &str)] = &[
     ("path_walk", include_str!("wgsl/shared/path/path_walk.wgsl")),
     ("path_walk_settled", include_str!("wgsl/shared/path/path_walk_settled.wgsl")),
     ("phong", include_str!("wgsl/shared/path/phong.wgsl")),
+    ("photon_direction", include_str!("wgsl/shared/photon/photon_direction.wgsl")),
+    ("photon_flight", include_str!("wgsl/shared/photon/photon_flight.wgsl")),
+    ("photon_gather", include_str!("wgsl/shared/photon/photon_gather.wgsl")),
+    ("photon_grid", include_str!("wgsl/shared/photon/photon_grid.wgsl")),
+    ("photon_kept", include_str!("wgsl/shared/photon/photon_kept.wgsl")),
+    ("photon_words", include_str!("wgsl/shared/photon/photon_words.wgsl")),
     ("place_of", include_str!("wgsl/shared/place_of.wgsl")),
     ("pool", include_str!("wgsl/shared/pool.wgsl")),
     ("pool_one", include_str!("wgsl/shared/pool_one.wgsl")),
@@ -173,7 +180,9 @@ pub fn all() -> Vec<&'static Kernel> {
         &trace::KERNELS,
         &path::KERNELS,
         &path::STREAM_KERNELS,
+        &path::PHOTON_KERNELS,
         &page::KERNELS,
+        &photon::KERNELS,
         &build::KERNELS,
     ]
     .concat()

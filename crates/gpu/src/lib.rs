@@ -20,6 +20,7 @@ pub mod kernel;
 pub mod limits;
 pub mod page;
 pub mod path;
+pub mod photon;
 pub mod primitives;
 mod recording;
 mod run;

@@ -1,10 +1,10 @@
 //! What a render computes on.
 
 use crate::{Error, ErrorClass, RenderRequest};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use vastlight_accel::kdtree::KdKind;
 use vastlight_gpu::page::PageStats;
-use vastlight_gpu::path::{DeviceRenderer, kernels};
+use vastlight_gpu::path::{DeviceRenderer, is_stream, kernels};
 use vastlight_gpu::{AdapterKind, CompileProgress, DeviceChoice, Drivers, Executor, GpuError};
 use vastlight_trace::{Layout, TracerConfig};
 use vastlight_transport::photon::{PhotonMaps, PhotonPlan};
@@ -86,12 +86,33 @@ impl DeviceRequest {
 /// The structures that the kernels of a request need: the stream tracer's threaded kd-trees, else pages. Hits do not depend on it.
 pub(crate) fn structures(request: &RenderRequest) -> TracerConfig {
     let given = request.tracer.clone();
-    if request.settings.integrator != Integrator::Whitted {
+    if !is_stream(request.settings.integrator) {
         return TracerConfig { layout: Layout::Compact, ..given };
     }
     let is_threaded = KdKind::from_name(&given.accel).is_some_and(|kind| !kind.stacked);
     let accel = if is_threaded { given.accel.clone() } else { "kd-threaded".to_owned() };
     TracerConfig { accel, layout: Layout::default(), ..given }
+}
+
+/// An error where photons are wanted that graphics processors do not send: those of paths, and those that do not begin at point and
+/// spot lights.
+fn check_photons(renderer: &Renderer<'_>) -> Result<(), Error> {
+    let is_refused = |what| {
+        let hint = "use --device cpu, or --gpu-fallback";
+        Err(Error::new(ErrorClass::Device, what, "--device gpu", hint))
+    };
+    match (renderer.settings().caustics.is_some(), renderer.settings().integrator) {
+        (false, _) => Ok(()),
+        (true, Integrator::PhotonCaustics) if renderer.has_photon_grid() => Ok(()),
+        (true, Integrator::PhotonCaustics) => is_refused(
+            "graphics processors send photons from point and spot lights alone; the scene has none",
+        ),
+        (true, _) => is_refused("graphics processors send no photons for paths yet"),
+    }
+}
+
+fn lock<'l, 'r>(renderer: &'l Mutex<DeviceRenderer<'r>>) -> MutexGuard<'l, DeviceRenderer<'r>> {
+    renderer.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Where tiles are rendered, which decides how large they are.
@@ -123,11 +144,7 @@ impl<'r> Worker<'r> {
         renderer: &'r Renderer<'r>,
         progress: &mut dyn FnMut(CompileProgress),
     ) -> Result<Self, Error> {
-        if renderer.settings().caustics.is_some() {
-            let (what, hint) =
-                ("graphics processors send no photons yet", "use --device cpu, or --gpu-fallback");
-            return Err(Error::new(ErrorClass::Device, what, "--caustics", hint));
-        }
+        check_photons(renderer)?;
         executor.prepare(kernels(renderer.settings().integrator), progress)?;
         let capacity = paths_in_flight(executor);
         Ok(Self::Gpu(Box::new(Mutex::new(DeviceRenderer::new(executor, renderer, capacity)?))))
@@ -146,7 +163,7 @@ impl<'r> Worker<'r> {
     pub(crate) fn gpu_paging(&self) -> Option<PageStats> {
         match self {
             Self::Cpu(_) => None,
-            Self::Gpu(renderer) => Some(renderer.lock().unwrap_or_else(PoisonError::into_inner).page_stats()),
+            Self::Gpu(renderer) => Some(lock(renderer).page_stats()),
         }
     }
 
@@ -154,15 +171,17 @@ impl<'r> Worker<'r> {
     pub(crate) fn photon_plan(&self) -> Result<Option<PhotonPlan>, Error> {
         match self {
             Self::Cpu(renderer) => Ok(renderer.photon_plan()?),
-            Self::Gpu(_) => Ok(None),
+            Self::Gpu(renderer) => Ok(lock(renderer).renderer().photon_plan()?),
         }
     }
 
-    /// The photons of the sample of this number, by all threads.
-    pub(crate) fn photons(&self, plan: &PhotonPlan, sample: u32) -> Result<Option<(PhotonMaps, u64)>, Error> {
+    /// The photons of the sample of this number, by all threads, and their rays. Those of a graphics processor stay there.
+    pub(crate) fn photons(&self, plan: &PhotonPlan, sample: u32) -> Result<(PhotonMaps, u64), Error> {
         match self {
-            Self::Cpu(renderer) => Ok(Some(renderer.photon_maps(plan, sample)?)),
-            Self::Gpu(_) => Ok(None),
+            Self::Cpu(renderer) => Ok(renderer.photon_maps(plan, sample)?),
+            Self::Gpu(renderer) => {
+                Ok((PhotonMaps::default(), lock(renderer).send_photons(plan, sample)?.rays))
+            }
         }
     }
 
@@ -176,10 +195,7 @@ impl<'r> Worker<'r> {
     ) -> Result<RenderStats, Error> {
         match self {
             Self::Cpu(renderer) => Ok(renderer.render_tile_under(photons, tile, samples, sink)?),
-            Self::Gpu(renderer) => {
-                let mut renderer = renderer.lock().unwrap_or_else(PoisonError::into_inner);
-                Ok(renderer.render_tile(tile, samples, sink)?)
-            }
+            Self::Gpu(renderer) => Ok(lock(renderer).render_tile(tile, samples, sink)?),
         }
     }
 }

@@ -376,7 +376,7 @@ impl<'r, 'w> Run<'r, 'w> {
         let Some(plan) = &self.photons else { return self.tiles(film, None, samples, spp, may_stop) };
         let mut cost = RenderStats::default();
         for sample in samples {
-            let Some((photons, rays)) = self.worker.photons(plan, sample)? else { continue };
+            let (photons, rays) = self.worker.photons(plan, sample)?;
             cost.rays += rays;
             cost += self.tiles(film, Some(&photons), sample..sample + 1, spp, may_stop)?;
         }

@@ -7,11 +7,14 @@
 
 #[cfg(test)]
 mod numbers;
+mod photons;
 mod scene;
 mod stage;
 mod stream;
 mod wave;
 
+use photons::DevicePhotons;
+pub use photons::PhotonPass;
 pub use scene::DeviceScene;
 use stage::{Pass, Stage};
 use wave::{Buffers, Wave};
@@ -80,12 +83,23 @@ kernel!(pub(crate) SHADOW_SETTLED = "path_shadow_settled", SettledParameters, 8)
 /// Every kernel of this module.
 pub(crate) static KERNELS: [&Kernel; 7] =
     [&GENERATE, &NEXT, &CLOSEST, &CLOSEST_SETTLED, &SHADE, &SHADOW, &SHADOW_SETTLED];
+pub(crate) use photons::KERNELS as PHOTON_KERNELS;
 pub(crate) use stream::KERNELS as STREAM_KERNELS;
 
 /// The kernels of an integrator, to be compiled ahead of their use.
 #[must_use]
 pub fn kernels(integrator: Integrator) -> &'static [&'static Kernel] {
-    if integrator == Integrator::Whitted { &stream::OWN_KERNELS } else { &KERNELS }
+    match integrator {
+        Integrator::Whitted => &stream::OWN_KERNELS,
+        Integrator::PhotonCaustics => &photons::OWN_KERNELS,
+        _ => &KERNELS,
+    }
+}
+
+/// Whether an integrator is the stream tracer's, with photons or without.
+#[must_use]
+pub fn is_stream(integrator: Integrator) -> bool {
+    matches!(integrator, Integrator::Whitted | Integrator::PhotonCaustics)
 }
 
 /// Renders tiles of one picture on a device, one after the other.
@@ -98,6 +112,7 @@ pub struct DeviceRenderer<'r> {
     source: ScenePages<'r>,
     pages: DevicePages,
     wave: Wave,
+    photons: Option<DevicePhotons>,
     /// Samples that are rendered at once.
     at_once: u32,
 }
@@ -113,14 +128,14 @@ impl<'r> DeviceRenderer<'r> {
         renderer: &'r Renderer<'r>,
         capacity: u32,
     ) -> Result<Self, GpuError> {
-        let is_stream = renderer.settings().integrator == Integrator::Whitted;
+        let is_stream = is_stream(renderer.settings().integrator);
         let (scene, mut source) = DeviceScene::new(executor, renderer)?;
         let made = Self::room(executor, &mut source, capacity, is_stream);
         let (wave, pages) = made.inspect_err(|_| scene.release(executor))?;
         if pages.has_all() {
             source.finish();
         }
-        Ok(Self { executor, renderer, scene, source, pages, wave, at_once: wave.capacity })
+        Ok(Self { executor, renderer, scene, source, pages, wave, photons: None, at_once: wave.capacity })
     }
 
     /// Room for paths and pages.
@@ -147,6 +162,12 @@ impl<'r> DeviceRenderer<'r> {
             return Err(GpuError::OutOfMemory { what, wanted_bytes, held_bytes });
         }
         Ok((wave, pages))
+    }
+
+    /// What is rendered.
+    #[must_use]
+    pub fn renderer(&self) -> &'r Renderer<'r> {
+        self.renderer
     }
 
     /// What paging did so far.
@@ -295,6 +316,7 @@ impl Drop for DeviceRenderer<'_> {
         self.scene.release(self.executor);
         self.pages.release(self.executor);
         self.wave.release(self.executor);
+        self.release_photons();
     }
 }
 

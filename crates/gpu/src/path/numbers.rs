@@ -5,6 +5,7 @@ use super::{PATH_FIELDS, SAMPLE_FIELDS, SHADOWS, sample_of};
 use crate::kernel::{Kernel, all};
 use std::collections::{BTreeMap, BTreeSet};
 use vastlight_trace::words::{self as traced, header};
+use vastlight_transport::photon::{GridPass, PHOTON_WORDS, VoxelGrid};
 use vastlight_transport::words::materials::{flags, input};
 use vastlight_transport::words::{camera, geometry, lights, materials, pages, tables, textures};
 
@@ -56,6 +57,9 @@ fn numbers() -> Vec<(String, u32)> {
             ("MOST_USES", crate::page::MOST_USES),
             ("PATH_FIELDS", PATH_FIELDS),
             ("SHADOWS", SHADOWS),
+            ("PHOTON_WORDS", PHOTON_WORDS as u32),
+            ("RECTANGLE_WORDS", GridPass::RECTANGLE_WORDS as u32),
+            ("GRID_WORDS", VoxelGrid::WORDS as u32),
             ("STREAM_FIELDS", RAY_FIELDS),
             ("SUM_FIRST", COUNTERS),
             ("SUM_WORDS", SUM_WORDS),

@@ -1,12 +1,13 @@
 //! A scene on the device: what rays are traced through, and what is known of surfaces and lights.
 
+use super::is_stream;
 use crate::error::GpuError;
 use crate::recording::Resident;
 use crate::run::Executor;
 use crate::trace::tree_of;
 use vastlight_trace::words::TracerWords;
+use vastlight_transport::Renderer;
 use vastlight_transport::words::{RendererWords, ScenePages, WordsError};
-use vastlight_transport::{Integrator, Renderer};
 
 /// A scene on the device, but for its pages.
 #[derive(Clone, Copy, Debug)]
@@ -57,10 +58,12 @@ fn traced(
     words: &RendererWords,
 ) -> Result<TracerWords, GpuError> {
     let tracer = renderer.tracer();
-    let is_stream = renderer.settings().integrator == Integrator::Whitted;
+    let settings = renderer.settings();
+    let is_stream = is_stream(settings.integrator);
     let all = |bytes| if is_stream { tracer.threaded_words() } else { tracer.words(bytes) };
     let mut traced = tree_of(pages, all)?;
-    if is_stream {
+    // Where there are photons, clear things cast shadows.
+    if is_stream && settings.caustics.is_none() {
         traced.set_veils(|instance| words.is_veiled_to_whitted(instance));
     } else {
         traced.set_veils(|instance| words.is_veiled(instance));

@@ -10,6 +10,7 @@ use super::wave::Buffers;
 use super::{DeviceRenderer, GenerateParameters, NEXT, NextParameters, Starts, hand_over, sample_in};
 use crate::error::GpuError;
 use crate::kernel::{Kernel, device_struct, kernel};
+use crate::photon::voxels::PhotonIndex;
 use crate::primitives::GROUP;
 use crate::recording::{Buffer, Groups, Recording};
 use vastlight_math::Vec3;
@@ -22,15 +23,15 @@ const SLOTS_PER_SAMPLE: u32 = 4;
 const SLOTS_BESIDES: u32 = 1024;
 const MOST_SLOTS: u32 = 1 << 20;
 /// Queues of rays that wait: for traversal, intersection, intersection that settles everything, and shading.
-const TRAVERSE: u32 = 0;
+pub(super) const TRAVERSE: u32 = 0;
 const INTERSECT: u32 = 1;
 const LEFT: u32 = 2;
-const SHADE_RAYS: u32 = 3;
+pub(super) const SHADE_RAYS: u32 = 3;
 /// Counters of slots that were given out, and of rays and shadow rays that were derived; one that does not matter.
 pub(super) const SLOTS: u32 = 4;
 pub(super) const RAYS: u32 = 5;
 pub(super) const SHADOW_RAYS: u32 = 6;
-const SPARE: u32 = 7;
+pub(super) const SPARE: u32 = 7;
 /// All counters, behind which sums stand.
 pub(super) const COUNTERS: u32 = 8;
 /// Words of a sum: see `stream_sum.wgsl`.
@@ -50,12 +51,15 @@ device_struct! {
     struct IntersectParameters as "Parameters" { slots, full, on, ended, left }
 }
 device_struct! {
+    struct IntersectSettledParameters as "Parameters" { slots, full, on, ended, has_photons }
+}
+device_struct! {
     struct StreamShadeParameters as "Parameters" { slots, capacity, full, next, max_depth }
 }
 kernel!(pub(crate) STREAM_GENERATE = "stream_generate", StreamGenerateParameters, 5);
 kernel!(pub(crate) TRAVERSE_RAYS = "stream_traverse", TraverseParameters, 4);
 kernel!(pub(crate) INTERSECT_RAYS = "stream_intersect", IntersectParameters, 5);
-kernel!(pub(crate) INTERSECT_SETTLED = "stream_intersect_settled", TraverseParameters, 8);
+kernel!(pub(crate) INTERSECT_SETTLED = "stream_intersect_settled", IntersectSettledParameters, 8);
 kernel!(pub(crate) STREAM_SHADE = "stream_shade", StreamShadeParameters, 8);
 
 /// The kernels that no other integrator has.
@@ -90,27 +94,35 @@ impl Streams {
     }
 }
 
-/// The buffers of one recording, and the number of slots.
-struct Waiting {
-    b: Buffers,
-    rays: Buffer,
+/// What the counters of slots and of derived rays came to.
+pub(super) struct Counts {
     slots: u32,
+    pub(super) rays: u32,
+    shadow_rays: u32,
+}
+
+/// The buffers of one recording, the number of slots, and the photons under whose light samples are.
+pub(super) struct Waiting {
+    pub(super) b: Buffers,
+    pub(super) rays: Buffer,
+    pub(super) slots: u32,
+    pub(super) photons: Option<PhotonIndex>,
 }
 
 impl Waiting {
     /// Brings what a queue holds into the size of the next dispatch, and empties two others.
-    fn next(&self, recording: &mut Recording, full: u32, [empty, other_empty]: [u32; 2]) {
+    pub(super) fn next(&self, recording: &mut Recording, full: u32, [empty, other_empty]: [u32; 2]) {
         let next = NextParameters { full, empties: 1 << empty | 1 << other_empty, total: SPARE };
         recording.dispatch(&NEXT, &next, &[self.b.tails, self.b.workgroups], Groups::Direct(1));
     }
 
-    fn groups(&self) -> Groups {
+    pub(super) fn groups(&self) -> Groups {
         Groups::Indirect(self.b.workgroups, 0)
     }
 
     /// The second and the third kernel, once each.
     fn turn(&self, recording: &mut Recording) {
-        let Self { b, rays, slots } = self;
+        let Self { b, rays, slots, photons } = self;
         self.next(recording, TRAVERSE, [INTERSECT, LEFT]);
         let parameters =
             TraverseParameters { slots: *slots, full: TRAVERSE, on: INTERSECT, ended: SHADE_RAYS };
@@ -124,15 +136,20 @@ impl Waiting {
         recording.dispatch(&INTERSECT_RAYS, &parameters, &seen, self.groups());
 
         self.next(recording, LEFT, [SPARE, SPARE]);
-        let parameters = TraverseParameters { slots: *slots, full: LEFT, on, ended };
+        // Photons bring what passes clear things, and bend it.
+        let has_photons = u32::from(photons.is_some());
+        let parameters = IntersectSettledParameters { slots: *slots, full: LEFT, on, ended, has_photons };
         let seen = [b.tree, b.blocks, b.tables, b.pages.pool[0], b.pages.table, *rays, b.queues, b.tails];
         recording.dispatch(&INTERSECT_SETTLED, &parameters, &seen, self.groups());
     }
 
     /// The fourth kernel.
     fn shade(&self, recording: &mut Recording, capacity: u32, max_depth: u32) {
-        let Self { b, rays, slots } = self;
+        let Self { b, rays, slots, photons } = self;
         self.next(recording, SHADE_RAYS, [SPARE, SPARE]);
+        if let Some(photons) = photons {
+            self.gather(recording, photons, max_depth);
+        }
         let parameters =
             StreamShadeParameters { slots: *slots, capacity, full: SHADE_RAYS, next: TRAVERSE, max_depth };
         let seen = [b.tables, b.lights, b.pages.pool[0], b.pages.table, b.paths, *rays, b.queues, b.tails];
@@ -150,28 +167,19 @@ impl DeviceRenderer<'_> {
         stats: &mut RenderStats,
         sink: &mut impl SampleSink,
     ) -> Result<bool, GpuError> {
-        let max_depth = self.renderer.settings().max_depth;
-        let (mut recording, mut waiting) = self.waiting(streams);
+        let (capacity, max_depth) = (self.wave.capacity, self.renderer.settings().max_depth);
+        let (mut recording, waiting) = self.waiting(streams);
         self.generate(&mut recording, &waiting, starts);
-        loop {
-            (0..TURNS).for_each(|_| waiting.turn(&mut recording));
-            let counters = recording.download(waiting.b.tails, COUNTERS.into());
-            let counters = self.executor.run(&recording)?.words(counters).to_vec();
-            let count = |which: u32| counters.get(which as usize).copied().unwrap_or(0);
-            if count(SLOTS) > streams.slots {
-                return self.too_many(starts.count, count(SLOTS)).map(|()| false);
-            }
-            (recording, waiting) = self.waiting(streams);
-            let to_shade = count(SHADE_RAYS);
-            if to_shade == 0 && count(TRAVERSE) == 0 {
-                stats.rays += u64::from(starts.count) + u64::from(count(RAYS));
-                stats.shadow_rays += u64::from(count(SHADOW_RAYS));
-                break;
-            }
-            if to_shade >= count(TRAVERSE) {
-                waiting.shade(&mut recording, self.wave.capacity, max_depth);
-            }
+        let shade = |waiting: &Waiting, recording: &mut Recording| {
+            waiting.shade(recording, capacity, max_depth);
+        };
+        let counts = self.follow(streams, (recording, waiting), shade)?;
+        if counts.slots > streams.slots {
+            return self.too_many(starts.count, counts.slots).map(|()| false);
         }
+        stats.rays += u64::from(starts.count) + u64::from(counts.rays);
+        stats.shadow_rays += u64::from(counts.shadow_rays);
+        let (mut recording, waiting) = self.waiting(streams);
         let samples = self.download_samples(&mut recording, &waiting.b);
         let sums = recording.download(waiting.b.tails, Streams::tail_words(self.wave.capacity));
         let results = self.executor.run(&recording)?;
@@ -185,6 +193,33 @@ impl DeviceRenderer<'_> {
         Ok(true)
     }
 
+    /// Runs kernels until no ray is left, or rays want more slots than there are; `shade` records the fourth kernel.
+    pub(super) fn follow(
+        &mut self,
+        streams: Streams,
+        (mut recording, mut waiting): (Recording, Waiting),
+        shade: impl Fn(&Waiting, &mut Recording),
+    ) -> Result<Counts, GpuError> {
+        loop {
+            (0..TURNS).for_each(|_| waiting.turn(&mut recording));
+            let counters = recording.download(waiting.b.tails, COUNTERS.into());
+            let counters = self.executor.run(&recording)?.words(counters);
+            let count = |which: u32| counters.get(which as usize).copied().unwrap_or(0);
+            let (to_traverse, to_shade) = (count(TRAVERSE), count(SHADE_RAYS));
+            if count(SLOTS) > streams.slots || to_traverse + to_shade == 0 {
+                return Ok(Counts {
+                    slots: count(SLOTS),
+                    rays: count(RAYS),
+                    shadow_rays: count(SHADOW_RAYS),
+                });
+            }
+            (recording, waiting) = self.waiting(streams);
+            if to_shade >= to_traverse {
+                shade(&waiting, &mut recording);
+            }
+        }
+    }
+
     /// Whether a wave whose rays want so many slots can be a smaller one.
     fn too_many(&self, samples: u32, wanted: u32) -> Result<(), GpuError> {
         let limit = self.wave.streams.map_or(0, |streams| streams.slots);
@@ -193,16 +228,17 @@ impl DeviceRenderer<'_> {
         if samples > 1 { Ok(()) } else { Err(error) }
     }
 
-    fn waiting(&self, streams: Streams) -> (Recording, Waiting) {
+    pub(super) fn waiting(&self, streams: Streams) -> (Recording, Waiting) {
         let mut recording = Recording::new();
         let b = Buffers::new(&mut recording, &self.scene, &self.pages, &self.wave);
         let rays = recording.resident("rays", self.wave.rays);
-        (recording, Waiting { b, rays, slots: streams.slots })
+        let photons = self.photons.map(|photons| photons.index(&mut recording));
+        (recording, Waiting { b, rays, slots: streams.slots, photons })
     }
 
     /// The first kernel.
     fn generate(&self, recording: &mut Recording, waiting: &Waiting, starts: &Starts<'_>) {
-        let Waiting { b, rays, slots } = waiting;
+        let Waiting { b, rays, slots, .. } = waiting;
         let pixels = recording.upload("pixels", starts.pixels);
         recording.clear(b.tails);
         let mut counters = [0_u32; COUNTERS as usize];

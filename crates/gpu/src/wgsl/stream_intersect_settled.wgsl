@@ -12,6 +12,7 @@ struct Parameters {
     full: u32,
     on: u32,
     ended: u32,
+    has_photons: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -33,7 +34,7 @@ fn accepts(hit: Hit, veiled: bool) -> bool {
         return true;
     }
     let material = material_of(material_of_triangle(mesh_record(hit.instance), hit.prim));
-    if (ray_is_shadow && (tables[material] & FLAG_CLEAR) != 0u) {
+    if (ray_is_shadow && parameters.has_photons == 0u && (tables[material] & FLAG_CLEAR) != 0u) {
         return false;
     }
     return alpha_is_there(meeting_by_number(hit.t, vec2<f32>(hit.u, hit.v), hit.instance, hit.prim), ray_key);

@@ -2,6 +2,7 @@
 
 use crate::lights::LIGHTS_PROBE;
 use crate::maths::MATH_PROBE;
+use crate::photon::PHOTON_PROBE;
 use crate::scattering::BSDF_PROBE;
 use naga::back::{glsl, hlsl, msl, spv};
 use naga::proc::BoundsCheckPolicies;
@@ -89,7 +90,7 @@ fn written<T, E: std::fmt::Debug>(outcome: Result<T, E>, kernel: &str, back_end:
 #[test]
 fn every_back_end_writes_every_kernel() {
     // Probes as well: they hold parts that kernels share.
-    let probes = [&MATH_PROBE, &LIGHTS_PROBE, &BSDF_PROBE].map(parsed);
+    let probes = [&MATH_PROBE, &LIGHTS_PROBE, &BSDF_PROBE, &PHOTON_PROBE].map(parsed);
     for (kernel, module, info) in kernels().into_iter().chain(probes) {
         let name = kernel.name;
         let words = spv::write_vec(&module, &info, &spv::Options::default(), None);

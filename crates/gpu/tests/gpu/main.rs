@@ -13,6 +13,8 @@ mod paging;
 mod parts;
 mod path;
 mod path_scenes;
+mod photon;
+mod photon_caustics;
 mod primitives;
 mod quiet;
 mod random;

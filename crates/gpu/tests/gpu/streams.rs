@@ -14,7 +14,11 @@ fn whitted(scene: &Scene) -> RenderSettings {
     RenderSettings { integrator: Integrator::Whitted, ..settings(scene) }
 }
 
-fn with_renderer<T>(scene: &Scene, settings: &RenderSettings, call: impl FnOnce(&Renderer<'_>) -> T) -> T {
+pub(crate) fn with_renderer<T>(
+    scene: &Scene,
+    settings: &RenderSettings,
+    call: impl FnOnce(&Renderer<'_>) -> T,
+) -> T {
     let config = TracerConfig { accel: "kd-threaded".to_owned(), ..TracerConfig::default() };
     let tracer = Tracer::new(scene, &config).expect("built");
     let materials = MaterialTable::new(scene);
@@ -41,7 +45,7 @@ fn on_device(
 }
 
 /// Mean square of a picture.
-fn power(picture: &Picture) -> f64 {
+pub(crate) fn power(picture: &Picture) -> f64 {
     let squares = picture.radiance.iter().map(|r| f64::from(r.length_squared()));
     squares.sum::<f64>() / picture.radiance.len() as f64
 }

@@ -177,16 +177,18 @@ impl Departure<'_> {
         grid: [u32; 2],
         number: u32,
     ) -> (Ray, Vec3, u32, u32) {
-        let (each, shift) = (
-            grid[0] * grid[1],
-            match self.pass {
-                0 => Vec2::ZERO,
-                pass => Sampler::new([KEY, 1], pass, context.settings.seed).next_2d() - 0.5,
-            },
-        );
+        let (each, shift) = (grid[0] * grid[1], grid_shift(self.pass, context.settings.seed));
         let (light, square) = (number / each, [number % each % grid[0], number % each / grid[0]]);
         let (ray, flux) = rectangles[light as usize].photon(square, grid, shift);
         (ray, flux, number, number)
+    }
+}
+
+/// By how much of a square the grid of a pass is moved.
+pub(super) fn grid_shift(pass: u32, seed: u32) -> Vec2 {
+    match pass {
+        0 => Vec2::ZERO,
+        pass => Sampler::new([KEY, 1], pass, seed).next_2d() - 0.5,
     }
 }
 

@@ -53,6 +53,12 @@ impl Kernel {
         }
     }
 
+    /// The radius, or 0 where it is not positive, or its square or the [`peak`](Self::peak) is not a number that f32 has.
+    pub(super) fn usable(self, radius: f32) -> f32 {
+        let usable = radius > 0.0 && (radius * radius).is_normal() && self.peak(radius).is_normal();
+        if usable { radius } else { 0.0 }
+    }
+
     /// The weights at eight distances of at most 1, the disc's radius, as shares of the peak.
     #[inline(always)]
     pub(super) fn shares<S: Simd8>(self, s: S, t: S::F) -> S::F {

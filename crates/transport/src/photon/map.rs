@@ -31,6 +31,19 @@ pub struct Near {
     pub segments: u32,
 }
 
+/// Words of a photon on a device.
+pub const PHOTON_WORDS: usize = 8;
+
+impl Photon {
+    /// As it lies on a device: place, power, and the directions packed as in a map.
+    #[must_use]
+    pub fn words(&self) -> [u32; PHOTON_WORDS] {
+        let (at, packed) = (self.position.to_array().map(f32::to_bits), Packed::new(self));
+        let flux = packed.flux.map(f32::to_bits);
+        [at[0], at[1], at[2], flux[0], flux[1], flux[2], packed.from, packed.normal]
+    }
+}
+
 /// What of a photon is not its place, in 20 bytes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Packed {
@@ -80,8 +93,8 @@ impl PhotonMap {
     /// anything where the radius is not positive, or its square or that's inverse is not a number that f32 has.
     #[must_use]
     pub fn new(photons: &[Photon], kind: SearchKind, radius: f32, weight: Kernel) -> Self {
-        let usable = radius > 0.0 && (radius * radius).is_normal() && weight.peak(radius).is_normal();
-        let (kind, radius) = if usable { (kind, radius) } else { (SearchKind::Brute, 0.0) };
+        let radius = weight.usable(radius);
+        let kind = if radius > 0.0 { kind } else { SearchKind::Brute };
         let kept = Kept::of(photons);
         let (search, sorted) = Search::new(kind, photons, &kept, radius);
         let mut map = Self {

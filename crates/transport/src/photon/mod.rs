@@ -23,9 +23,9 @@ mod tests;
 pub(crate) use flight::receives;
 pub(crate) use gather::{Gather, InPixel};
 pub use kernel::Kernel;
-pub use map::{Near, PhotonMap};
-pub use plan::PhotonPlan;
-pub use search::SearchKind;
+pub use map::{Near, PHOTON_WORDS, PhotonMap};
+pub use plan::{GridPass, PhotonPlan};
+pub use search::{SearchKind, VoxelGrid};
 
 use vastlight_math::Vec3;
 

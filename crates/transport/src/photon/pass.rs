@@ -18,6 +18,13 @@ thread_local! {
 }
 
 impl Renderer<'_> {
+    /// Whether photons begin at point and spot lights by a grid.
+    #[must_use]
+    pub fn has_photon_grid(&self) -> bool {
+        let wanted = self.settings().caustics.is_some_and(|settings| settings.grid.is_some());
+        wanted && !self.lights.punctual().is_empty()
+    }
+
     /// Decides where photons begin and how far they are gathered; none where the settings want no photons.
     ///
     /// # Errors

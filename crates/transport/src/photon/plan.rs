@@ -4,13 +4,14 @@
 
 use super::cells::Cell;
 use super::density::Density;
-use super::flight::{Departure, Landed};
+use super::flight::{Departure, Landed, grid_shift};
 use super::guide::Guide;
 use super::rectangle::Rectangle;
 use super::seen::Seen;
-use super::{Photon, PhotonMap, PhotonMaps, PhotonSettings, SearchKind};
+use super::{Kernel, Photon, PhotonMap, PhotonMaps, PhotonSettings, SearchKind};
 use crate::light::Lights;
 use rayon::prelude::*;
+use vastlight_math::Vec2;
 
 /// Photons of a trial pass.
 const TRIAL: u32 = 1 << 16;
@@ -73,7 +74,46 @@ pub struct PhotonPlan {
     pub(crate) density: Density,
 }
 
+/// A pass of photons by a grid, as a device is told of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GridPass {
+    /// Number of the pass.
+    pub pass: u32,
+    /// Photons of the pass: those of each light follow each other.
+    pub photons: u32,
+    /// Columns and rows before each light.
+    pub grid: [u32; 2],
+    /// By how much of a square the grid is moved.
+    pub shift: Vec2,
+    /// A rectangle for each point or spot light, [`GridPass::RECTANGLE_WORDS`] words each: frame, least corner, sides of a square.
+    pub rectangles: Vec<u32>,
+    /// Within which radius photons are gathered, world units.
+    pub radius: f32,
+    /// How they count by distance.
+    pub weight: Kernel,
+}
+
+impl GridPass {
+    /// Words of a rectangle.
+    pub const RECTANGLE_WORDS: usize = Rectangle::WORDS;
+}
+
 impl PhotonPlan {
+    /// A pass of photons by a grid; none where they begin anywhere.
+    #[must_use]
+    pub fn grid_pass(&self, pass: u32, seed: u32) -> Option<GridPass> {
+        let Emission::Gridded(rectangles, grid) = &self.emission else { return None };
+        Some(GridPass {
+            pass,
+            photons: self.photons,
+            grid: *grid,
+            shift: grid_shift(pass, seed),
+            rectangles: rectangles.iter().flat_map(|rectangle| rectangle.words(*grid)).collect(),
+            radius: self.density.radius(0) * Self::shrunk(pass),
+            weight: self.settings.weight,
+        })
+    }
+
     /// What radii have shrunk to in a pass, of 1: a function of the pass's number alone.
     #[must_use]
     pub fn shrunk(pass: u32) -> f32 {

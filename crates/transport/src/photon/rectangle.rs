@@ -37,7 +37,7 @@ impl Rectangle {
 
     /// The part of the rectangle around some squares of a grid.
     pub(crate) fn around(&self, squares: impl Iterator<Item = [u32; 2]>, grid: [u32; 2]) -> Self {
-        let step = (self.max - self.min) / Vec2::new(grid[0] as f32, grid[1] as f32);
+        let step = self.step(grid);
         let (mut min, mut max) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for [x, y] in squares {
             let at = self.min + Vec2::new(x as f32, y as f32) * step;
@@ -50,9 +50,27 @@ impl Rectangle {
         Self { min: min.max(self.min), max: max.min(self.max), ..self.clone() }
     }
 
+    /// Words of a rectangle on a device.
+    pub(crate) const WORDS: usize = 13;
+
+    /// The frame, the least corner, and the sides of a square of a grid.
+    pub(super) fn words(&self, grid: [u32; 2]) -> [u32; Self::WORDS] {
+        let mut words = [0; Self::WORDS];
+        let Frame { x, y, z } = self.frame;
+        let frame = [x, y, z].into_iter().flat_map(|axis| axis.to_array());
+        let plane = [self.min, self.step(grid)].into_iter().flat_map(|v| v.to_array());
+        words.iter_mut().zip(frame.chain(plane)).for_each(|(word, number)| *word = number.to_bits());
+        words
+    }
+
+    /// The sides of a square.
+    fn step(&self, grid: [u32; 2]) -> Vec2 {
+        (self.max - self.min) / Vec2::new(grid[0] as f32, grid[1] as f32)
+    }
+
     /// The photon through a square of a grid: its ray and its power. `shift`, from -0.5 to 0.5 of a square, moves the whole grid.
     pub(crate) fn photon(&self, square: [u32; 2], grid: [u32; 2], shift: Vec2) -> (Ray, Vec3) {
-        let step = (self.max - self.min) / Vec2::new(grid[0] as f32, grid[1] as f32);
+        let step = self.step(grid);
         let at = self.min + (Vec2::new(square[0] as f32, square[1] as f32) + 0.5 + shift) * step;
         let squared = 1.0 + at.length_squared();
         let direction = self.frame.to_outer(at.extend(1.0)) / squared.sqrt();

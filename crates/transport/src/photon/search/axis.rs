@@ -27,6 +27,11 @@ impl Axis {
         self.cells
     }
 
+    /// Where it starts and ends, and cells to the metre.
+    pub(super) fn numbers(&self) -> [f32; 3] {
+        [self.min, self.max, self.per_cell]
+    }
+
     /// Of a cell, m.
     pub(super) fn size(&self) -> f32 {
         self.size

@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use rows::Rows;
 use vastlight_accel::sort::{Pair, pair, radix_sort};
 use vastlight_math::{Aabb, Vec3};
+pub use voxel::VoxelGrid;
 use voxel::Voxels;
 
 /// Most runs of a point.

@@ -1,0 +1,31 @@
+// Photons around points: irradiance, and a sum over what else is known of them.
+//#include photon_gather
+
+struct Parameters {
+    count: u32,
+}
+
+@group(0) @binding(0) var<uniform> parameters: Parameters;
+@group(0) @binding(1) var<storage, read_write> answers: array<f32>;
+@group(0) @binding(2) var<storage, read> points: array<f32>;
+@group(0) @binding(3) var<storage, read> photon_map: array<u32>;
+@group(0) @binding(4) var<storage, read> voxels: array<vec2<u32>>;
+
+var<private> rest: f32;
+
+fn of_near(near: Near) -> vec3<f32> {
+    rest += near.weight * (dot(near.wi, near.normal) + f32(near.segments));
+    return near.flux * near.weight;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let i = id.x;
+    if (i < parameters.count) {
+        let sum = gather(vec3<f32>(points[3u * i], points[3u * i + 1u], points[3u * i + 2u]));
+        for (var k = 0u; k < 3u; k++) {
+            answers[4u * i + k] = sum[k];
+        }
+        answers[4u * i + 3u] = rest;
+    }
+}
