@@ -26,7 +26,7 @@ fn on_cpu(renderer: &Renderer<'_>, spp: u32) -> Picture {
     gather(renderer.settings(), |sink| {
         let mut stats = vastlight_transport::RenderStats::default();
         for sample in 0..spp {
-            let (photons, rays) = renderer.photon_map(&plan, sample).expect("in memory");
+            let (photons, rays) = renderer.photon_maps(&plan, sample).expect("in memory");
             stats += renderer
                 .render_tile_under(Some(&photons), region, sample..sample + 1, sink)
                 .expect("in memory");
@@ -77,7 +77,7 @@ fn photons_are_those_of_the_cpu() {
         let mut device = DeviceRenderer::new(&mut executor, renderer, 7000).expect("fits");
         let mut words = Vec::new();
         for pass in [0, 3] {
-            let (maps, rays) = renderer.photon_map(&plan, pass).expect("in memory");
+            let (maps, rays) = renderer.photon_maps(&plan, pass).expect("in memory");
             let sent = device.send_photons(&plan, pass).expect("fits");
             words = device.photon_words(sent.landed).expect("there");
             let map = &maps.maps()[0];
@@ -87,7 +87,7 @@ fn photons_are_those_of_the_cpu() {
             let strange = strangers(map, &words) as i64;
             assert!(strange <= few, "{strange} of {landed}");
         }
-        let (other, _) = renderer.photon_map(&plan, 0).expect("in memory");
+        let (other, _) = renderer.photon_maps(&plan, 0).expect("in memory");
         assert!(strangers(&other.maps()[0], &words) > words.len() / PHOTON_WORDS / 2, "another pass");
     });
 }
