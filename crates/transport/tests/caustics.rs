@@ -187,6 +187,27 @@ fn a_grid_brings_as_much_light_as_chance() {
     assert!(count > 400 * 400 / 2, "the rectangle is laid around the ball: {count} photons landed");
 }
 
+#[test]
+fn lights_share_a_grid() {
+    let mut build = Build::in_light(Vec3::ZERO);
+    for i in 0..9 {
+        build.desc.lights.push(point_light(Vec3::new(i as f32 - 4.0, 4.0, 0.0), 9.0));
+    }
+    build.add(shapes::quad(), Material::diffuse("floor", Vec3::ONE), floor());
+    build.add(shapes::sphere(4, true), Material::glass("glass", 1.5, 0.0), ball(0.8, Vec3::Y));
+    let scene = build.finish();
+    let settings = RenderSettings {
+        caustics: Some(PhotonSettings { grid: Some([90; 2]), ..PhotonSettings::default() }),
+        ..settings(1, None)
+    };
+    let sent = with_renderer(&scene, settings, |renderer| {
+        let plan = renderer.photon_plan().expect("in memory").expect("photons are wanted");
+        plan.grid_pass(0, 0).expect("by a grid").photons
+    });
+    assert_eq!(sent, 90 * 90);
+    assert!(by_grid(&scene, 90).len() > 90 * 90 / 2, "every light has a rectangle of its own");
+}
+
 /// A prism of 60 degrees with its edge up, along z, of height 1.
 fn prism() -> Mesh {
     let corners = [[0.0, 1.0], [-0.577_35, 0.0], [0.577_35, 0.0_f32]];

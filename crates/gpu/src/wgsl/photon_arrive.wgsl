@@ -43,7 +43,8 @@ const WAVELENGTH_DIMENSION: u32 = 3u;
 const PHOTON_START_DIMENSIONS: u32 = 2u;
 const PHOTON_DIMENSIONS: u32 = 3u;
 const PHOTON_POINTS: u32 = 4u;
-/// In the flags, landings are counted from this bit on.
+/// Flags: whether a narrow lobe has sent the photon on; landings are counted from a bit on.
+const PHOTON_FOCUSED: u32 = 128u;
 const LANDED_SHIFT: u32 = 8u;
 
 /// A photon as it arrives.
@@ -126,6 +127,7 @@ fn bounce(photon: ptr<function, Flying>, vertex: ptr<function, Vertex>, bsdf: Bs
     (*photon).flux *= factor / survival;
     let straight = delta && transmitted && bsdf_is_pane(bsdf);
     (*photon).panes += select(0u, 1u, straight && (*photon).panes < MAX_PANES);
+    (*photon).flags |= select(PHOTON_FOCUSED, 0u, straight);
     (*photon).flags |= select(0u, PATH_DISPERSED, (next.flags & BSDF_DISPERSED) != 0u);
     if (transmitted) {
         (*photon).media = vertex_media_behind(vertex, (*photon).media);
@@ -168,7 +170,7 @@ fn arrive(slot: u32) -> bool {
     }
     let dispersed = (photon.flags & PATH_DISPERSED) != 0u;
     let bsdf = bsdf_new(vertex_params(&vertex, photon.random[PHOTON_DIMENSIONS].x, photon.media, dispersed));
-    if (segments > 1u && bsdf_receives(bsdf)) {
+    if ((photon.flags & PHOTON_FOCUSED) != 0u && bsdf_receives(bsdf)) {
         land(&photon, &vertex, segments);
     }
     return bounce(&photon, &vertex, bsdf);

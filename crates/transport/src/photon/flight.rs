@@ -105,14 +105,15 @@ impl Flight {
         }
         let bsdf = vertex.bsdf(context, path, &mut own_bsdf);
         let (square, position) = (self.squares[slot as usize], vertex.surface.position);
-        if segments > 1 && receives(bsdf) {
+        let was_focused = path.focused;
+        if was_focused && receives(bsdf) {
             let (flux, normal) = (path.throughput, vertex.facing_side());
             let photon = Photon { position, flux, from: vertex.wo, normal, segments };
             self.landed.push(Landed { photon, square });
         }
         let first = CAMERA_DIMENSIONS + START_DIMENSIONS + (depth - 1) * VERTEX_DIMENSIONS;
-        let Some((next, straight)) = bounce(&vertex, bsdf, path, first) else { return };
-        if straight || segments > 1 || emission.begins_at(square, position) {
+        let Some(next) = bounce(&vertex, bsdf, path, first) else { return };
+        if was_focused || !path.focused || emission.begins_at(square, position) {
             self.next.push((slot, Ray { time: ray.time, ..next }));
         }
     }
@@ -227,16 +228,17 @@ impl Context<'_> {
         1.01 * (bounds.min - from).abs().max((bounds.max - from).abs()).length()
     }
 }
+
 /// Whether photons land on a surface.
 pub(crate) fn receives(bsdf: &Bsdf) -> bool {
     bsdf.has_nondelta() && !bsdf.focuses()
 }
 
-/// Sends a photon on in a narrow lobe; none if it ends. True if it goes straight through a pane, which is no vertex.
+/// Sends a photon on in a narrow lobe; none if it ends. Going straight through a pane focuses nothing and is no vertex.
 ///
 /// A photon carries power, not radiance: nothing is gained by entering glass, and where the shading normal is not the surface's own,
 /// power and radiance scatter differently (E. Veach 1997, 5.3).
-fn bounce(vertex: &Vertex<'_>, bsdf: &Bsdf, path: &mut PathState, first: u32) -> Option<(Ray, bool)> {
+fn bounce(vertex: &Vertex<'_>, bsdf: &Bsdf, path: &mut PathState, first: u32) -> Option<Ray> {
     let wo = vertex.frame.to_local(vertex.wo);
     let sampler = path.sampler;
     let at = |offset: u32| sampler.at_dimension(first.wrapping_add(offset));
@@ -259,9 +261,10 @@ fn bounce(vertex: &Vertex<'_>, bsdf: &Bsdf, path: &mut PathState, first: u32) ->
     path.throughput *= factor / survival;
     let straight = next.delta && next.transmitted && bsdf.is_pane();
     path.panes += u32::from(straight && path.panes < MAX_PANES);
+    path.focused |= !straight;
     path.dispersed |= next.dispersed;
     if next.transmitted {
         path.media = vertex.media_behind(path.media);
     }
-    path.throughput.is_finite().then(|| (vertex.ray_towards(direction, 0.0), straight))
+    path.throughput.is_finite().then(|| vertex.ray_towards(direction, 0.0))
 }

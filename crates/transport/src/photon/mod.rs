@@ -69,8 +69,8 @@ impl PhotonMaps {
 pub struct PhotonSettings {
     /// How many are sent in each pass; none for a quarter of the picture's pixels, within bounds.
     pub photons: Option<u32>,
-    /// Sends them by a regular grid of so many columns and rows from each point or spot light, and from nothing else, as published;
-    /// where there is no such light, as without a grid.
+    /// Sends them by a regular grid of so many columns and rows from a point or spot light, and from nothing else, as published; more
+    /// such lights share the number. Where there is none, as without a grid.
     pub grid: Option<[u32; 2]>,
     /// The one radius of the first pass, as a part of the scene's longest edge; none for radii by the photons' density.
     pub radius: Option<f32>,
@@ -81,7 +81,7 @@ pub struct PhotonSettings {
 }
 
 impl PhotonSettings {
-    /// Photons of a pass for a picture of so many pixels; by a grid, those of one light.
+    /// Photons of a pass for a picture of so many pixels; by a grid, its squares.
     #[must_use]
     pub fn count(&self, pixels: u64) -> u32 {
         match self.grid {

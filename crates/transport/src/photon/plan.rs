@@ -15,7 +15,7 @@ use vastlight_math::Vec2;
 
 /// Photons of a trial pass.
 const TRIAL: u32 = 1 << 16;
-/// The same by a grid from each light.
+/// The same by grids, all lights together.
 const TRIAL_GRID: [u32; 2] = [128, 128];
 /// Numbers of trial passes: far from those of the picture.
 const TRIALS: [u32; 2] = [u32::MAX - 1, u32::MAX - 2];
@@ -37,7 +37,7 @@ const ALPHA: f64 = 2.0 / 3.0;
 pub(crate) enum Emission {
     /// Anywhere, by chance.
     Guided(Guide),
-    /// At point lights, by a grid of so many columns and rows each.
+    /// At point lights, by a grid of so many columns and rows before each.
     Gridded(Vec<Rectangle>, [u32; 2]),
 }
 
@@ -165,10 +165,12 @@ impl PhotonPlan {
         let first = |light| Rectangle::new(light, cells);
         let mut rectangles: Vec<Rectangle> = lights.punctual().iter().filter_map(first).collect();
         for pass in TRIALS {
-            let emission = Emission::Gridded(rectangles, TRIAL_GRID);
+            let grid = shared(TRIAL_GRID, rectangles.len());
+            let emission = Emission::Gridded(rectangles, grid);
             let landed = fly(&Departure { emission: &emission, pass, photons: emission.squares() })?;
             rectangles = emission.fitted(&landed);
         }
+        let grid = shared(grid, rectangles.len());
         let emission = Emission::Gridded(rectangles, grid);
         let (photons, radius) = (emission.squares(), settings.radius.unwrap_or(PUBLISHED) * size);
         Ok(Self { settings: *settings, photons, emission, density: Density::even(radius) })
@@ -197,6 +199,12 @@ impl PhotonPlan {
         };
         Ok(Self { settings: *settings, photons, emission: Emission::Guided(guide), density })
     }
+}
+
+/// The grid of each of so many lights, where all together have no more squares than one would have, but one each.
+fn shared([columns, rows]: [u32; 2], lights: usize) -> [u32; 2] {
+    let edge = (lights.max(1) as f64).sqrt();
+    [columns, rows].map(|count| ((f64::from(count) / edge) as u32).max(1))
 }
 
 /// What photons through each square are worth: the root of the mean square of what one brings to the eye.

@@ -45,9 +45,10 @@ pub(crate) struct PathState {
     pub(crate) cone: Cone,
     /// Whether the path has scattered at a surface that is not perfectly specular.
     pub(crate) scattered: bool,
-    /// Whether the path has left a surface that receives photons, and gone on in a narrow lobe since: the light that it meets
-    /// now is theirs, where there are any.
+    /// Whether the path has left a surface that receives photons.
     pub(crate) received: bool,
+    /// Whether it has gone on in a narrow lobe since: the light that it meets now is the photons', where there are any. Of a
+    /// photon: whether a narrow lobe has sent it on.
     pub(crate) focused: bool,
     /// Whether the path has been bent by a dispersive medium, and carries one wavelength since.
     pub(crate) dispersed: bool,
