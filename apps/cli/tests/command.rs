@@ -285,6 +285,9 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
     let fields = "bench accel triangles references nodes build_ms cpu_ms mtri_per_s cost depth overlap bytes \
                   peak_build_bytes peak_build_bytes_per_triangle peak_rss_bytes stages";
     fields.split(' ').for_each(|f| assert!(!build[f].is_null(), "{f}: {build}"));
+    let caustics = line("bench caustics -r 32x18 --grids 16 --search voxel --frames 1");
+    let fields = "bench device search photons trace_ms sort_index_ms gather_ms render_ms frames_per_s";
+    fields.split(' ').for_each(|f| assert!(!caustics[f].is_null(), "{f}: {caustics}"));
     let path = line("bench path demo:cornell -r 16x16 --spp 2");
     let fields = "bench device msamples_per_s first_image_ms";
     fields.split(' ').for_each(|f| assert!(!path[f].is_null(), "{f}: {path}"));

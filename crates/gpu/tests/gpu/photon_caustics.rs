@@ -14,7 +14,7 @@ use vastlight_transport::{Integrator, RenderSettings, Renderer};
 const RADIUS: f32 = 0.01;
 
 fn under_photons(scene: &Scene, radius: f32) -> RenderSettings {
-    let (grid, radius) = (Some([100, 90]), Some(radius));
+    let (grid, radius) = (Some([142, 128]), Some(radius));
     let caustics = Some(PhotonSettings { grid, radius, ..PhotonSettings::default() });
     RenderSettings { integrator: Integrator::PhotonCaustics, caustics, ..settings(scene) }
 }

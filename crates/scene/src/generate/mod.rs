@@ -119,6 +119,12 @@ const DEMOS: &[Demo] = &[
     Demo::moving("water", water::water),
 ];
 
+/// Whether the demo of this name is a function of time.
+#[must_use]
+pub fn moves(name: &str) -> bool {
+    DEMOS.iter().any(|demo| demo.name == name && demo.moves)
+}
+
 /// The names that [`by_name`] knows, in alphabetical order.
 #[must_use]
 pub fn names() -> Vec<&'static str> {

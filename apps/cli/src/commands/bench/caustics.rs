@@ -8,6 +8,8 @@ use clap::Args;
 use rayon::prelude::*;
 use serde_json::json;
 use std::time::Instant;
+use vastlight::gpu::Executor;
+use vastlight::gpu::path::DeviceRenderer;
 use vastlight::math::{Affine3, Vec3};
 use vastlight::scene::generate::GenerateOptions;
 use vastlight::scene::{Light, LightKind, Scene, SceneDesc, generate};
@@ -16,11 +18,15 @@ use vastlight::transport::photon::{Photon, PhotonMaps, PhotonPlan, PhotonSetting
 use vastlight::transport::{
     Integrator, Lights, MaterialTable, PixelFilter, RenderSettings, Renderer, Sample, Tile,
 };
-use vastlight::{CameraChoice, Error};
+use vastlight::{CameraChoice, Error, paths_in_flight};
 
-/// Photon-map caustics as published: four passes a frame over metaballs that move, under a point light
+/// Photon-map caustics as published: four passes a frame over metaballs that move, under a point light; on gpu, where no implicit
+/// surface is, over a glass ball, by voxels
 #[derive(Args, Debug)]
 pub(crate) struct Caustics {
+    /// Demo scene, lit by a point where its lamp hangs [default: metaballs; on gpu caustic-sphere]
+    #[arg(long, value_name = "NAME")]
+    demo: Option<String>,
     /// Size of the picture
     #[arg(short, long, value_name = "SIZE", default_value = "1920x1080", value_parser = values::resolution)]
     resolution: Resolution,
@@ -46,14 +52,21 @@ const MOST_BRUTE: u32 = 4096;
 /// Edge of the tiles that threads take.
 const TILE: u32 = 64;
 
-pub(crate) fn run(arguments: &Caustics, _: &Common) -> Result<Exit, Error> {
-    let frames: Vec<Scene> = (0..arguments.frames).map(scene).collect::<Result<_, _>>()?;
+pub(crate) fn run(arguments: &Caustics, common: &Common) -> Result<Exit, Error> {
+    let mut executor = common.device.adapter().map(|choice| common.executor(choice)).transpose()?;
+    let usual = if executor.is_some() { "caustic-sphere" } else { "metaballs" };
+    let demo = arguments.demo.as_deref().unwrap_or(usual);
+    let frames: Vec<Scene> = (0..arguments.frames).map(|i| scene(demo, i)).collect::<Result<_, _>>()?;
     for &edge in &arguments.grids {
         for &search in &arguments.search {
-            if search == SearchKind::Brute && edge * edge > MOST_BRUTE {
+            let by_device = executor.is_some() && search != SearchKind::Voxel;
+            if by_device || search == SearchKind::Brute && edge * edge > MOST_BRUTE {
                 continue;
             }
-            let times = frames.iter().map(|scene| frame(arguments, scene, edge, search));
+            let times = frames.iter().map(|scene| match &mut executor {
+                None => frame(arguments, scene, edge, search),
+                Some(executor) => frame_on_device(executor, arguments, scene, edge),
+            });
             let times: Vec<Times> = times.collect::<Result<_, _>>()?;
             // The first frame finds cold caches.
             let counted = if times.len() > 1 { &times[1..] } else { &times };
@@ -61,18 +74,20 @@ pub(crate) fn run(arguments: &Caustics, _: &Common) -> Result<Exit, Error> {
             let frame_ms = mean(Times::frame_ms);
             let line = json!({
                 "bench": "caustics",
-                "device": "cpu",
+                "device": if executor.is_some() { "gpu" } else { "cpu" },
+                "adapter": executor.as_ref().map(|executor| executor.adapter().name.as_str()),
+                "scene": demo,
                 "search": search.name(),
                 "photons": edge * edge,
                 "landed": counted.last().map(|times| times.landed),
                 "build_ms": mean(|times| times.build_ms),
                 "trace_ms": mean(|times| times.trace_ms),
                 "sort_index_ms": mean(|times| times.sort_index_ms),
-                "gather_ms": mean(|times| times.gather_ms),
+                "gather_ms": counted.last().and_then(|times| times.gather_ms),
                 "render_ms": mean(|times| times.render_ms),
                 "frame_ms": frame_ms,
                 "frames_per_s": 1e3 / frame_ms,
-                "map_bytes": counted.last().map(|times| times.map_bytes),
+                "map_bytes": counted.last().and_then(|times| times.map_bytes),
                 "mean_radiance": counted.last().map(|times| times.mean),
                 "radius": arguments.radius,
                 "threads": rayon::current_num_threads(),
@@ -83,10 +98,11 @@ pub(crate) fn run(arguments: &Caustics, _: &Common) -> Result<Exit, Error> {
     Ok(Exit::Done)
 }
 
-/// The metaballs of a frame, lit by a point where their lamp hangs.
-fn scene(frame: u32) -> Result<Scene, Error> {
-    let options = GenerateOptions { time: frame as f32 / 24.0, ..GenerateOptions::default() };
-    let mut desc = generate::by_name("metaballs", &options)?;
+/// A frame of a demo, lit by a point where its lamp hangs.
+fn scene(demo: &str, frame: u32) -> Result<Scene, Error> {
+    let moves = generate::moves(demo);
+    let time = if moves { frame as f32 / 24.0 } else { 0.0 };
+    let mut desc = generate::by_name(demo, &GenerateOptions { time, ..GenerateOptions::default() })?;
     let lamp = darken(&mut desc);
     desc.environment = None;
     desc.lights.push(Light {
@@ -122,10 +138,10 @@ struct Times {
     build_ms: f64,
     trace_ms: f64,
     sort_index_ms: f64,
-    /// Of `render_ms`, measured apart at the places that the camera sees.
-    gather_ms: f64,
+    /// Of `render_ms`, measured apart at the places that the camera sees; not on graphics processors.
+    gather_ms: Option<f64>,
     render_ms: f64,
-    map_bytes: usize,
+    map_bytes: Option<usize>,
     mean: f64,
 }
 
@@ -154,6 +170,46 @@ fn frame(arguments: &Caustics, scene: &Scene, edge: u32, search: SearchKind) -> 
     let mean = sum / renderer.settings().region().pixels() as f64;
     let landed = photons.len();
     Ok(Times { landed, build_ms, trace_ms, sort_index_ms, gather_ms, render_ms, map_bytes, mean })
+}
+
+/// The same on a graphics processor; gathering is not measured apart.
+fn frame_on_device(
+    executor: &mut Executor,
+    arguments: &Caustics,
+    scene: &Scene,
+    edge: u32,
+) -> Result<Times, Error> {
+    let config = TracerConfig { accel: "kd-threaded".into(), ..TracerConfig::default() };
+    let (build_ms, tracer) = timed(|| Tracer::new(scene, &config));
+    let tracer = tracer.map_err(|e| build_error(&e))?;
+    let materials = MaterialTable::new(scene);
+    let lights = Lights::new(scene, &materials);
+    let settings = settings(arguments, scene, edge, SearchKind::Voxel)?;
+    let renderer = Renderer::new(scene, &tracer, &materials, &lights, settings);
+    let Some(plan) = renderer.photon_plan()? else {
+        return Err(Error::usage("the renderer sends no photons", "bench caustics", ""));
+    };
+    let capacity = paths_in_flight(executor);
+    let mut device = DeviceRenderer::new(executor, &renderer, capacity)?;
+    // Kernels are compiled by a first pass.
+    device.send_photons(&plan, 0)?;
+    let pass = device.send_photons(&plan, 0)?;
+    let (region, mut sum) = (renderer.settings().region(), 0.0);
+    let mut sink = |_: [u32; 2], sample: &Sample| sum += f64::from(sample.radiance.element_sum()) / 3.0;
+    let corner = Tile { min: region.min, max: [region.min[0] + 1, region.min[1] + 1] };
+    device.render_tile(corner, 0..1, &mut |_: [u32; 2], _: &Sample| ())?;
+    let (render_ms, rendered) = timed(|| device.render_tile(region, 0..1, &mut sink));
+    rendered?;
+    Ok(Times {
+        landed: pass.landed as usize,
+        build_ms,
+        trace_ms: pass.trace_ms,
+        sort_index_ms: pass.index_ms,
+        gather_ms: None,
+        render_ms,
+        map_bytes: None,
+        mean: sum / region.pixels() as f64,
+    })
 }
 
 /// One sample in the middle of each pixel.
@@ -201,9 +257,9 @@ fn picture(renderer: &Renderer<'_>, maps: &PhotonMaps) -> (Vec<Vec3>, f64) {
 }
 
 /// Gathering alone: its time, and the bytes of the map.
-fn gather(plan: &PhotonPlan, photons: &[Photon], places: &[Vec3]) -> (f64, usize) {
+fn gather(plan: &PhotonPlan, photons: &[Photon], places: &[Vec3]) -> (Option<f64>, Option<usize>) {
     let figures = bench::search(photons, plan.search(), plan.widest_radius(), places, 1);
-    (figures.gather_ms, figures.bytes)
+    (Some(figures.gather_ms), Some(figures.bytes))
 }
 
 fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {

@@ -39,7 +39,7 @@ enum What {
 impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
-        !matches!(self.what, What::Ooc(_) | What::Texture(_) | What::Caustics(_))
+        !matches!(self.what, What::Ooc(_) | What::Texture(_))
     }
 }
 
