@@ -6,11 +6,11 @@
 //! the slot of the one that ended, further ones take new slots; where these do not suffice, the wave starts again with fewer
 //! samples. Colours are summed exactly, in fixed point, so a picture depends neither on that nor on the order of the queues.
 
+use super::photons::PhotonLight;
 use super::wave::Buffers;
 use super::{DeviceRenderer, GenerateParameters, NEXT, NextParameters, Starts, hand_over, sample_in};
 use crate::error::GpuError;
 use crate::kernel::{Kernel, device_struct, kernel};
-use crate::photon::voxels::PhotonIndex;
 use crate::primitives::GROUP;
 use crate::recording::{Buffer, Groups, Recording};
 use vastlight_math::Vec3;
@@ -106,7 +106,7 @@ pub(super) struct Waiting {
     pub(super) b: Buffers,
     pub(super) rays: Buffer,
     pub(super) slots: u32,
-    pub(super) photons: Option<PhotonIndex>,
+    pub(super) photons: Option<PhotonLight>,
 }
 
 impl Waiting {
@@ -232,7 +232,7 @@ impl DeviceRenderer<'_> {
         let mut recording = Recording::new();
         let b = Buffers::new(&mut recording, &self.scene, &self.pages, &self.wave);
         let rays = recording.resident("rays", self.wave.rays);
-        let photons = self.photons.map(|photons| photons.index(&mut recording));
+        let photons = self.photons.map(|photons| photons.light(&mut recording));
         (recording, Waiting { b, rays, slots: streams.slots, photons })
     }
 

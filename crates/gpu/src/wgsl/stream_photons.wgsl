@@ -14,6 +14,8 @@ struct Parameters {
     slots: u32,
     full: u32,
     max_depth: u32,
+    first: u32,
+    end: u32,
 }
 
 @group(0) @binding(0) var<uniform> parameters: Parameters;
@@ -67,6 +69,7 @@ fn light_of_photons(slot: u32, depth: u32) -> vec3<f32> {
     let mirrored = facing * (2.0 * dot(facing, vertex.wo)) - vertex.wo;
     let most_segments = parameters.max_depth - depth;
     receiver = Receiver(phong_new(vertex.evaluated), vertex.surface.normal, facing, mirrored, most_segments);
+    gather_part = vec2<u32>(parameters.first, parameters.end);
     return weight * gather(vertex.surface.position);
 }
 

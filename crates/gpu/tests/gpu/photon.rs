@@ -1,6 +1,7 @@
 //! Photon maps on the software adapter against the CPU's.
 
 use crate::common::{probe, software};
+use vastlight_gpu::photon::PHOTONS_AT_ONCE;
 use vastlight_gpu::photon::voxels::{self, BOUNDS_WORDS, Bounds, PhotonIndex, Unsorted};
 use vastlight_gpu::{Executor, Groups, Recording};
 use vastlight_math::{Rng, Vec3, warp};
@@ -137,17 +138,19 @@ fn gathered(
         .expect("few");
     let coordinates: Vec<f32> = points.iter().flat_map(|point| point.to_array()).collect();
     let asked = recording.upload("points", &coordinates);
-    let answers = recording.buffer("answers", 4 * points.len() as u64);
-    let groups = Groups::Direct(points.len().div_ceil(64) as u32);
-    recording.dispatch(
-        &PHOTON_PROBE,
-        &(points.len() as u32),
-        &[answers, asked, index.map, index.voxels],
-        groups,
-    );
-    let answers = recording.download(answers, 4 * points.len() as u64);
+    let parts = count.div_ceil(PHOTONS_AT_ONCE).max(1) as usize;
+    let sums = points.len() * parts;
+    let answers = recording.buffer("answers", 4 * sums as u64);
+    let groups = Groups::Direct(sums.div_ceil(64) as u32);
+    let seen = [answers, asked, index.map, index.voxels];
+    recording.dispatch(&PHOTON_PROBE, &(sums as u32), &seen, groups);
+    let answers = recording.download(answers, 4 * sums as u64);
     let answers = executor.run(&recording).expect("runs").words(answers);
-    answers.chunks_exact(4).map(|four| [0, 1, 2, 3].map(|i| f32::from_bits(four[i]))).collect()
+    let of_point = |point: usize| {
+        let own = answers.chunks_exact(4).skip(point).step_by(points.len());
+        own.fold([0.0; 4], |sum: [f32; 4], four| std::array::from_fn(|i| sum[i] + f32::from_bits(four[i])))
+    };
+    (0..points.len()).map(of_point).collect()
 }
 
 /// The same of the CPU.
@@ -185,4 +188,16 @@ fn photons_are_gathered_as_by_the_cpu_and_not_within_another_radius() {
             }
         }
     }
+}
+
+/// More photons around one point than a software driver lets a loop turn: 65,535 times.
+#[test]
+fn a_focus_of_many_photons_is_gathered_whole() {
+    assert!(PHOTON_PROBE.source.contains(&format!("PART: u32 = {PHOTONS_AT_ONCE}u")));
+    let Some(mut executor) = software() else { return };
+    let photons = photons(150_000, |_, at| at * 0.01 + 0.5);
+    let points = [Vec3::splat(0.505), Vec3::splat(0.45), Vec3::ZERO];
+    let sums = gathered(&mut executor, &photons, (RADIUS, Kernel::Linear), &points);
+    let map = PhotonMap::new(&photons, SearchKind::Voxel, RADIUS, Kernel::Linear);
+    assert_eq!(differing(&map, &points, &sums), 0, "{sums:?} {:?}", points.map(|at| expected(&map, at)));
 }

@@ -1,10 +1,13 @@
 // Gathering photons around a point over the voxels that a sphere touches, 27 at most: D. Bogolepov, D. Sopin, V. Turlapov 2010,
 // "Simulation of caustics in real time", section 2.5; weights as in `vastlight-transport`, `photon::kernel`. Who includes this has the
-// bindings `photon_map` and `voxels`, and defines `of_near`: what a photon adds to the sum.
+// bindings `photon_map` and `voxels`, defines `of_near`, what a photon adds to the sum, and sets `gather_part`.
 //#include photon_direction
 //#include photon_grid
 
 const WEIGHT_SMOOTHSTEP: u32 = 1u;
+
+/// The photons that count, in their order: from the first on, up to before the second. Drivers let loops turn only so often.
+var<private> gather_part: vec2<u32>;
 
 /// A photon within the radius of a point.
 struct Near {
@@ -45,9 +48,9 @@ fn near_at(at: u32, weight: f32) -> Near {
 /// The sum over the photons of a voxel.
 fn gather_voxel(at: vec3<f32>, voxel: u32) -> vec3<f32> {
     let radius = grid_f32(GRID_RADIUS);
-    let end = voxels[voxel].y;
+    let end = min(voxels[voxel].y, gather_part.y);
     var sum = vec3<f32>(0.0);
-    for (var photon = voxels[voxel].x; photon < end; photon++) {
+    for (var photon = max(voxels[voxel].x, gather_part.x); photon < end; photon++) {
         let place = GRID_WORDS + photon * PHOTON_WORDS;
         let apart = photon_vec3(place) - at;
         let squared = dot(apart, apart);
