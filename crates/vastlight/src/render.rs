@@ -351,7 +351,7 @@ impl<'r, 'w> Run<'r, 'w> {
             let last = samples.end;
             let may_stop = samples.start > 0;
             outcome.cost += self.pass(film, samples, outcome.spp, may_stop)?;
-            if self.cancelled() || (may_stop && self.out_of_time()) {
+            if self.is_to_stop(may_stop) {
                 break;
             }
             outcome.spp = last;
@@ -376,6 +376,9 @@ impl<'r, 'w> Run<'r, 'w> {
         let Some(plan) = &self.photons else { return self.tiles(film, None, samples, spp, may_stop) };
         let mut cost = RenderStats::default();
         for sample in samples {
+            if self.is_to_stop(may_stop) {
+                break;
+            }
             let (photons, rays) = self.worker.photons(plan, sample)?;
             cost.rays += rays;
             cost += self.tiles(film, Some(&photons), sample..sample + 1, spp, may_stop)?;
@@ -394,7 +397,7 @@ impl<'r, 'w> Run<'r, 'w> {
     ) -> Result<RenderStats, Error> {
         let reporting = Mutex::new(());
         let tile_cost = |tile: &mut FilmTile| {
-            if self.cancelled() || (may_stop && self.out_of_time()) {
+            if self.is_to_stop(may_stop) {
                 return Ok(RenderStats::default());
             }
             let window = tile.window();
@@ -412,6 +415,11 @@ impl<'r, 'w> Run<'r, 'w> {
             Ok(a)
         };
         film.tiles_mut().par_iter_mut().with_max_len(1).map(tile_cost).try_reduce(RenderStats::default, add)
+    }
+
+    /// Whether what is begun is to be finished and nothing more. The first pass goes on beyond the time limit.
+    fn is_to_stop(&self, may_stop: bool) -> bool {
+        self.cancelled() || (may_stop && self.out_of_time())
     }
 
     fn cancelled(&self) -> bool {

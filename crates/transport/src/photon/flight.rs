@@ -67,9 +67,7 @@ impl Flight {
         self.squares.clear();
         self.landed.clear();
         self.front.clear();
-        let mut starts: Vec<Start> = range.filter_map(|number| departure.start(context, number)).collect();
-        starts.sort_by_key(|start| start.order);
-        for (slot, start) in (0..).zip(starts) {
+        for (slot, start) in (0..).zip(range.filter_map(|number| departure.start(context, number))) {
             self.front.push(slot, start.ray);
             self.paths.push(start.path);
             self.squares.push(start.square);
@@ -129,8 +127,6 @@ impl Flight {
 
 /// A photon that leaves its light.
 struct Start {
-    /// Starts with numbers that are close are close in space.
-    order: u32,
     path: PathState,
     square: u32,
     ray: Ray,
@@ -160,14 +156,14 @@ impl Departure<'_> {
         let (seed, sample) =
             (context.settings.seed, self.pass.wrapping_mul(self.photons).wrapping_add(number));
         let sampler = Sampler::new([KEY, 0], sample, seed);
-        let (ray, flux, square, order) = match self.emission {
+        let (ray, flux, square) = match self.emission {
             Emission::Guided(guide) => guided(context, guide, &sampler, self.photons)?,
             Emission::Gridded(rectangles, grid) => self.gridded(context, rectangles, *grid, number),
         };
         let key = (rng::hash_words(&[KEY, sample, seed]) >> 32) as u32;
         let mut path = PathState::new(number, sampler, key, Cone::RAY);
         path.throughput = flux;
-        (flux.is_finite() && flux != Vec3::ZERO).then_some(Start { order, path, square, ray })
+        (flux.is_finite() && flux != Vec3::ZERO).then_some(Start { path, square, ray })
     }
 
     /// The photon of this number through a grid. The grid of the first pass lies in the middle, those of others by chance.
@@ -177,11 +173,11 @@ impl Departure<'_> {
         rectangles: &[Rectangle],
         grid: [u32; 2],
         number: u32,
-    ) -> (Ray, Vec3, u32, u32) {
+    ) -> (Ray, Vec3, u32) {
         let (each, shift) = (grid[0] * grid[1], grid_shift(self.pass, context.settings.seed));
         let (light, square) = (number / each, [number % each % grid[0], number % each / grid[0]]);
         let (ray, flux) = rectangles[light as usize].photon(square, grid, shift);
-        (ray, flux, number, number)
+        (ray, flux, number)
     }
 }
 
@@ -193,16 +189,11 @@ pub(super) fn grid_shift(pass: u32, seed: u32) -> Vec2 {
     }
 }
 
-/// A photon that enters a cell: its ray, its power, the square, and its place in the order of flying.
+/// A photon that enters a cell: its ray, its power, and the square.
 ///
 /// The place is in a square on the box around a cell, drawn by area, and a light is chosen for it as for any point. A ray from
 /// outside enters a box once, one from inside leaves it once: so none is drawn in two ways.
-fn guided(
-    context: &Context<'_>,
-    guide: &Guide,
-    sampler: &Sampler,
-    photons: u32,
-) -> Option<(Ray, Vec3, u32, u32)> {
+fn guided(context: &Context<'_>, guide: &Guide, sampler: &Sampler, photons: u32) -> Option<(Ray, Vec3, u32)> {
     let at = |dimension: u32| sampler.at_dimension(dimension);
     let (square, chance) = guide.choose(at(0).next_1d());
     let (cell, place) = (guide.cell_of(square), guide.place(square, at(1).next_2d()));
@@ -218,7 +209,7 @@ fn guided(
         return None;
     }
     let flux = light.radiance * (cos.abs() * place.area / (light.pdf * chance * photons as f32));
-    Some((Ray::new(source, -light.wi), flux, square, guide.order(place.position)))
+    Some((Ray::new(source, -light.wi), flux, square))
 }
 
 impl Context<'_> {

@@ -1,7 +1,7 @@
 //! Through which squares photons enter cells: through those behind which they will be seen, and now and then through others.
 
 use super::cells::Cell;
-use vastlight_math::{Aabb, Vec2, Vec3};
+use vastlight_math::{Vec2, Vec3};
 
 /// Share of photons by area alone, so that nothing is missed.
 const ANYWHERE: f32 = 0.2;
@@ -15,7 +15,6 @@ const SQUARES: f32 = 4096.0;
 #[derive(Clone, Debug)]
 pub(crate) struct Guide {
     cells: Vec<Cell>,
-    bounds: Aabb,
     squares: Vec<Square>,
     /// The sum of the chances up to each square, of 1.
     upto: Vec<f32>,
@@ -77,8 +76,7 @@ impl Guide {
     pub(crate) fn by_area(cells: Vec<Cell>) -> Self {
         let squares = squares(&cells);
         let areas: Vec<f64> = squares.iter().map(|square| f64::from(square.area(&cells))).collect();
-        let bounds = cells.iter().fold(Aabb::EMPTY, |all, cell| all.union(cell.bounds));
-        Self { upto: cumulative(&areas), bounds, squares, cells }
+        Self { upto: cumulative(&areas), squares, cells }
     }
 
     /// By what came of photons through each square, and by area. `worth` is not negative.
@@ -117,13 +115,6 @@ impl Guide {
     /// The cell of a square.
     pub(crate) fn cell_of(&self, square: u32) -> &Cell {
         &self.cells[self.squares[square as usize].cell as usize]
-    }
-
-    /// The number of a place on a curve through all cells (G. Morton 1966).
-    pub(crate) fn order(&self, place: Vec3) -> u32 {
-        let at = ((place - self.bounds.min) / self.bounds.size() * 1023.0).as_uvec3();
-        let spread = |x: u32| (0..10).fold(0, |code, bit| code | (x >> bit & 1) << (3 * bit));
-        spread(at.x) << 2 | spread(at.y) << 1 | spread(at.z)
     }
 
     /// The point of a square for `u`, uniform by area.

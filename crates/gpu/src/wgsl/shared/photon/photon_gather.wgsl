@@ -45,21 +45,17 @@ fn near_at(at: u32, weight: f32) -> Near {
     return near;
 }
 
-/// The sum over the photons of a voxel.
-fn gather_voxel(at: vec3<f32>, voxel: u32) -> vec3<f32> {
+/// What a photon adds to the sum around a point.
+fn gather_photon(at: vec3<f32>, photon: u32) -> vec3<f32> {
     let radius = grid_f32(GRID_RADIUS);
-    let end = min(voxels[voxel].y, gather_part.y);
-    var sum = vec3<f32>(0.0);
-    for (var photon = max(voxels[voxel].x, gather_part.x); photon < end; photon++) {
-        let place = GRID_WORDS + photon * PHOTON_WORDS;
-        let apart = photon_vec3(place) - at;
-        let squared = dot(apart, apart);
-        if (squared <= radius * radius) {
-            let share = weight_share(sqrt(squared) * grid_f32(GRID_ONE_OVER_RADIUS));
-            sum += of_near(near_at(place, share * grid_f32(GRID_PEAK)));
-        }
+    let place = GRID_WORDS + photon * PHOTON_WORDS;
+    let apart = photon_vec3(place) - at;
+    let squared = dot(apart, apart);
+    if (squared > radius * radius) {
+        return vec3<f32>(0.0);
     }
-    return sum;
+    let share = weight_share(sqrt(squared) * grid_f32(GRID_ONE_OVER_RADIUS));
+    return of_near(near_at(place, share * grid_f32(GRID_PEAK)));
 }
 
 /// The sum over all photons around a point.
@@ -77,10 +73,21 @@ fn gather(at: vec3<f32>) -> vec3<f32> {
         first[axis] = grid_cell(axis, low);
         last[axis] = grid_cell(axis, high);
     }
+    // One loop over the photons of all voxels: invocations side by side, which meet full voxels at different turns, turn no more often
+    // than the one with the most photons.
     let sides = last - first + 1u;
-    for (var i = 0u; i < sides.x * sides.y * sides.z; i++) {
-        let cell = first + vec3<u32>(i / (sides.y * sides.z), (i / sides.z) % sides.y, i % sides.z);
-        sum += gather_voxel(at, grid_number(cell));
+    var ahead = sides.x * sides.y * sides.z;
+    var run = vec2<u32>(0u);
+    while (run.x < run.y || ahead > 0u) {
+        if (run.x < run.y) {
+            sum += gather_photon(at, run.x);
+            run.x++;
+        } else {
+            ahead--;
+            let cell = first + vec3<u32>(ahead / (sides.y * sides.z), (ahead / sides.z) % sides.y, ahead % sides.z);
+            let own = voxels[grid_number(cell)];
+            run = vec2<u32>(max(own.x, gather_part.x), min(own.y, gather_part.y));
+        }
     }
     return sum;
 }
