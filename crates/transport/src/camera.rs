@@ -176,6 +176,28 @@ mod tests {
         assert_eq!(ray.direction, Vec3::NEG_Z);
     }
 
+    /// From where a ray off the middle meets a plane, the steps lead back to where the middle's ray does.
+    #[test]
+    fn steps_lead_from_pixel_to_pixel_on_a_plane() {
+        let lens = Projection::Perspective { vertical_fov: 1.0, lens_radius: 0.3, focus_distance: 4.0 };
+        for projection in [PINHOLE, lens, Projection::Orthographic { half_height: 3.0 }] {
+            let rays = CameraRays::new(&settings(projection));
+            let normal = Vec3::new(0.4, 0.3, 1.0).normalize();
+            let meet = |filter: Vec2| {
+                let ray = rays.ray([31, 4], CameraRandom { filter, lens: Vec2::new(0.7, 0.2), time: 0.0 });
+                let t = (Vec3::new(0.0, 0.0, 1.0) - ray.origin).dot(normal) / ray.direction.dot(normal);
+                (ray, t)
+            };
+            let (ray, t) = meet(Vec2::new(0.9, 0.3));
+            let [column, row] = rays.steps(&ray, t, normal).expect("seen well");
+            let (middle, t_middle) = meet(Vec2::splat(0.5));
+            let apart = ray.at(t) - column * 0.4 + row * 0.2 - middle.at(t_middle);
+            // The box filter's offsets are what the numbers say.
+            assert!(apart.length() < 0.02 * column.length(), "{projection:?} {apart} {column} {row}");
+            assert!(rays.steps(&ray, t, ray.direction.cross(Vec3::X).normalize()).is_none(), "edge-on");
+        }
+    }
+
     /// A point at distance `z` is blurred into a disc of radius `R |z - f| / f` on the plane through it.
     #[test]
     fn circle_of_confusion_has_the_thin_lens_radius() {

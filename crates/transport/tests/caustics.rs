@@ -100,12 +100,16 @@ fn average_under(
 /// Asserts that photons and paths give the same light, and that they would not if photons had brought less.
 #[track_caller]
 fn assert_same_light(scene: &Scene, paths: u32, tolerance: f64, what: &str) {
-    let photons = settings(1 << 15, None);
+    assert_same_light_by(&settings(1 << 15, None), scene, (paths, tolerance), what);
+}
+
+#[track_caller]
+fn assert_same_light_by(photons: &RenderSettings, scene: &Scene, (paths, tolerance): (u32, f64), what: &str) {
     let alone = RenderSettings { caustics: None, ..photons.clone() };
     let expected = render(scene, &alone, paths).average();
-    assert_close(average(scene, &photons, 24), expected, tolerance, what);
+    assert_close(average(scene, photons, 24), expected, tolerance, what);
     // As a control: no photons where paths leave light to them.
-    let without = average_under(scene, &photons, 24, |_, _, _| PhotonMaps::default());
+    let without = average_under(scene, photons, 24, |_, _, _| PhotonMaps::default());
     assert!(without < expected * (1.0 - 2.0 * tolerance), "{what}: photons bring {expected} - {without}");
 }
 
@@ -289,6 +293,36 @@ fn under_lamp(thing: Material, level: u32) -> Scene {
 #[test]
 fn a_lens_gives_the_light_that_paths_find() {
     assert_same_light(&under_lamp(Material::glass("glass", 1.5, 0.0), 4), 1024, 0.01, "glass ball");
+}
+
+/// Light on its way to one enters the box of another, or leaves one ball for the next.
+#[test]
+fn balls_in_each_others_way_give_the_light_that_paths_find() {
+    let mut build = Build::in_light(Vec3::ZERO);
+    build.add(shapes::quad(), Material::diffuse("floor", Vec3::splat(0.6)), floor());
+    for (x, y) in [(-0.5, 0.6), (0.5, 0.6), (0.0, 1.5), (0.6, 2.0)] {
+        let thing = Material::glass("glass", 1.5, 0.0);
+        build.add(shapes::sphere(4, true), thing, ball(0.5, Vec3::new(x, y, 0.2 * x)));
+    }
+    let lamp = Material::emitter("lamp", Vec3::splat(20.0), false);
+    build.add(shapes::quad(), lamp, facing(-Vec3::Y, 1.0, Vec3::new(0.5, 4.0, 0.0)));
+    assert_same_light(&build.finish(), 1024, 0.01, "four balls");
+}
+
+/// From the lamp through a ball to the floor and to the eye there are four segments.
+#[test]
+fn ways_of_photons_are_as_long_as_those_of_paths() {
+    let scene = under_lamp(Material::glass("glass", 1.5, 0.0), 4);
+    let four = RenderSettings { max_depth: 4, ..settings(1 << 15, None) };
+    assert_same_light_by(&four, &scene, (1024, 0.01), "four segments");
+    let three = RenderSettings { max_depth: 3, ..four.clone() };
+    let dark = average_under(&scene, &three, 8, |_, _, _| PhotonMaps::default());
+    let reflected = average(&scene, &three, 8) - dark;
+    let all = average(&scene, &four, 8) - average_under(&scene, &four, 8, |_, _, _| PhotonMaps::default());
+    assert!(
+        reflected >= 0.0 && reflected < 0.3 * all,
+        "no way through a ball has three: {reflected} of {all}"
+    );
 }
 
 #[test]
