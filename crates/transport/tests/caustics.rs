@@ -268,6 +268,9 @@ fn a_prism_parts_colours_as_snell_says() {
             power[c] += f64::from(photon.flux[c]);
         }
     }
+    // The beam's intensity times its solid angle, its rim half of it, less what both faces reflect.
+    let beam = 100.0 * PI * (0.0085_f64).powi(2);
+    assert!(power.iter().all(|&power| power > 0.8 * beam && power < beam), "{power:?} of {beam}");
     let [red, green, blue]: [f64; 3] = std::array::from_fn(|c| (found[c] / power[c]).to_degrees());
     for (c, name) in ["red", "green", "blue"].into_iter().enumerate() {
         let (found, expected) = (found[c] / power[c], expected[c] / weights[c]);
@@ -309,10 +312,48 @@ fn balls_in_each_others_way_give_the_light_that_paths_find() {
     assert_same_light(&build.finish(), 1024, 0.01, "four balls");
 }
 
-/// From the lamp through a ball to the floor and to the eye there are four segments.
+/// Coarse triangles with smooth normals, which scatter power otherwise than radiance.
+#[test]
+fn smooth_normals_of_coarse_bodies_give_the_light_that_paths_find() {
+    assert_same_light(&under_lamp(mirror(), 1), 512, 0.01, "coarse mirror");
+}
+
+/// A ball of dark glass around one of another kind.
+#[test]
+fn nested_volumes_give_the_light_that_paths_find() {
+    let dark = Material {
+        attenuation_color: Vec3::new(0.9, 0.5, 0.2),
+        attenuation_distance: 0.7,
+        ..Material::glass("dark", 1.6, 0.0)
+    };
+    let mut build = Build::in_light(Vec3::ZERO);
+    build.add(shapes::quad(), Material::diffuse("floor", Vec3::splat(0.6)), floor());
+    build.add(shapes::sphere(4, true), dark, ball(0.8, Vec3::new(0.0, 0.9, 0.0)));
+    build.add(
+        shapes::sphere(4, true),
+        Material::glass("kernel", 1.2, 0.0),
+        ball(0.5, Vec3::new(0.0, 0.9, 0.0)),
+    );
+    let lamp = Material::emitter("lamp", Vec3::splat(20.0), false);
+    build.add(shapes::quad(), lamp, facing(-Vec3::Y, 1.0, Vec3::new(0.5, 4.0, 0.0)));
+    assert_same_light(&build.finish(), 1024, 0.01, "nested balls");
+}
+
+/// From the lamp through a ball to the floor and to the eye there are four segments, and five by way of a wall.
 #[test]
 fn ways_of_photons_are_as_long_as_those_of_paths() {
-    let scene = under_lamp(Material::glass("glass", 1.5, 0.0), 4);
+    let mut build = Build::in_light(Vec3::ZERO);
+    let white = Material::diffuse("white", Vec3::splat(0.9));
+    build.add(shapes::quad(), white.clone(), floor());
+    build.add(shapes::quad(), white, facing(Vec3::Z, 10.0, Vec3::new(0.0, 0.0, -0.9)));
+    build.add(
+        shapes::sphere(4, true),
+        Material::glass("glass", 1.5, 0.0),
+        ball(0.8, Vec3::new(0.0, 0.9, 0.0)),
+    );
+    let lamp = Material::emitter("lamp", Vec3::splat(20.0), false);
+    build.add(shapes::quad(), lamp, facing(-Vec3::Y, 0.5, Vec3::new(0.0, 4.0, 0.0)));
+    let scene = build.finish();
     let four = RenderSettings { max_depth: 4, ..settings(1 << 15, None) };
     assert_same_light_by(&four, &scene, (1024, 0.01), "four segments");
     let three = RenderSettings { max_depth: 3, ..four.clone() };
