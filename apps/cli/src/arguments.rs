@@ -148,9 +148,9 @@ pub(crate) struct SceneArguments {
     /// Bytes of texture, for demo scenes that can be asked for them (8GiB, 512MiB)
     #[arg(long, value_name = "SIZE", value_parser = vastlight::parse_bytes)]
     texture_bytes: Option<u64>,
-    /// Moment of a demo scene that moves, in seconds
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
-    time: f32,
+    /// Moment of a scene that moves, in seconds [default: a file's scene at rest, a demo's at 0]
+    #[arg(long, value_name = "SECONDS", value_parser = crate::values::finite, allow_negative_numbers = true)]
+    time: Option<f32>,
 }
 
 impl SceneArguments {
@@ -160,7 +160,8 @@ impl SceneArguments {
         options.import.scene.clone_from(&self.file_scene);
         options.generate.triangles = self.triangles;
         options.generate.texture_bytes = self.texture_bytes;
-        options.generate.time = self.time;
+        options.generate.time = self.time.unwrap_or(0.0);
+        options.time = self.time;
         options.environment.clone_from(&self.env);
         options.sun = self.sun;
         options.overrides = self.overrides.as_deref().map(vastlight::Overrides::read).transpose()?;

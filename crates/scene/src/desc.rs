@@ -1,7 +1,8 @@
 //! The plain description of a scene.
 
-use crate::{Camera, Diagnostics, Environment, Image, Light, Material, Mesh, Texture};
+use crate::{Camera, Diagnostics, Environment, Image, Light, Material, Mesh, Motion, Texture};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use vastlight_math::Affine3;
 
 /// One placement of a mesh.
@@ -39,6 +40,9 @@ pub struct SceneDesc {
     pub cameras: Vec<Camera>,
     /// Light from infinity; `None` where the file says nothing (a scene without any light then gets a sky).
     pub environment: Option<Environment>,
+    /// What moves; the tables hold the scene at rest. No store and no file format holds it.
+    #[serde(skip)]
+    pub motion: Option<Arc<dyn Motion>>,
     /// What was found while importing.
     pub diagnostics: Diagnostics,
 }

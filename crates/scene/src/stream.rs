@@ -121,7 +121,9 @@ impl SceneStream {
 /// A scene in memory, mesh by mesh; instances are sorted by mesh. Instances of meshes that do not exist are an error
 /// after the last piece.
 impl From<SceneDesc> for SceneStream {
+    /// The scene as it is, without what moves it.
     fn from(mut desc: SceneDesc) -> Self {
+        desc.motion = None;
         let meshes = std::mem::take(&mut desc.meshes);
         let mut instances = std::mem::take(&mut desc.instances);
         if !instances.is_sorted_by_key(|i| i.mesh) {

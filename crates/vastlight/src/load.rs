@@ -21,6 +21,8 @@ pub struct LoadOptions {
     pub import: ImportOptions,
     /// Size and chance of a demo scene.
     pub generate: GenerateOptions,
+    /// The moment in seconds of a scene that moves; none for a file's scene at rest, and for 0 of a demo.
+    pub time: Option<f32>,
     /// A latitude-longitude map (.exr, .hdr) that replaces the environment.
     pub environment: Option<PathBuf>,
     /// Azimuth from north (-z) towards east (+x) and elevation of the sun, degrees; replaces the environment by a sky.
@@ -160,6 +162,10 @@ fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error>
     for Placed { source, transforms } in placed {
         let scene = match source.strip_prefix("demo:") {
             Some(name) => generate::stream(name, &options.generate)?.into(),
+            None if options.time.is_some() => {
+                let desc = vastlight_import::load(Path::new(source), &options.import)?;
+                SceneStream::from(at_moment(desc, options.time)?).into()
+            }
             None => vastlight_import::stream(Path::new(source), &options.import)?,
         };
         merged.add(scene, transforms.clone());
@@ -202,8 +208,8 @@ fn existing(paths: &[PathBuf]) -> Vec<SourceFile> {
 
 /// What of the options changes a store; files among them are sources.
 fn settings(options: &LoadOptions) -> String {
-    let LoadOptions { import, generate, sun, overrides, .. } = options;
-    format!("{:?} {sun:?} {generate:?} {overrides:?}", import.scene)
+    let LoadOptions { import, time, generate, sun, overrides, .. } = options;
+    format!("{:?} {time:?} {sun:?} {generate:?} {overrides:?}", import.scene)
 }
 
 /// Changes a description as the options say.
@@ -230,7 +236,7 @@ pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error>
     }
     refuse_remote(source)?;
     if !is_manifest(source) {
-        return Ok(vastlight_import::load(Path::new(source), &options.import)?);
+        return at_moment(vastlight_import::load(Path::new(source), &options.import)?, options.time);
     }
     let Streamed { stream, large, .. } = streamed(&placed(&[source.to_owned()])?, options)?;
     let mut desc = stream.collect()?;
@@ -244,4 +250,12 @@ pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error>
         }));
     }
     Ok(desc)
+}
+
+/// What a file holds as it is at a time, or at rest.
+fn at_moment(desc: SceneDesc, time: Option<f32>) -> Result<SceneDesc, Error> {
+    Ok(match time {
+        Some(time) => desc.at(time)?,
+        None => desc,
+    })
 }

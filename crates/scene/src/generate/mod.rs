@@ -136,10 +136,11 @@ pub fn names() -> Vec<&'static str> {
 /// # Errors
 /// No demo has this name, or it cannot be made with so many triangles.
 pub fn by_name(name: &str, options: &GenerateOptions) -> Result<SceneDesc, SceneError> {
-    match find(name, options)?.make {
-        Make::Whole(make) => Ok(make(options)),
-        Make::Pieces(make) => make(options).collect(),
-    }
+    let desc = match find(name, options)?.make {
+        Make::Whole(make) => make(options),
+        Make::Pieces(make) => make(options).collect()?,
+    };
+    if desc.motion.is_some() { desc.at(options.time) } else { Ok(desc) }
 }
 
 /// Makes the demo scene `name` mesh by mesh.
@@ -148,7 +149,7 @@ pub fn by_name(name: &str, options: &GenerateOptions) -> Result<SceneDesc, Scene
 /// No demo has this name, or it cannot be made with so many triangles.
 pub fn stream(name: &str, options: &GenerateOptions) -> Result<SceneStream, SceneError> {
     match find(name, options)?.make {
-        Make::Whole(make) => Ok(make(options).into()),
+        Make::Whole(_) => Ok(by_name(name, options)?.into()),
         Make::Pieces(make) => Ok(make(options)),
     }
 }

@@ -1,0 +1,204 @@
+//! What moves in a scene, as a function of time.
+
+use crate::{Camera, SceneDesc, SceneError, is_usable};
+use std::fmt::Debug;
+use vastlight_math::{Affine3, Vec3, Vec4};
+
+/// Whatever moves a scene: tracks of a file, a sequence of files, a formula. Each moment follows from its time alone, so that frames
+/// can be made in any order, and by many machines.
+pub trait Motion: Debug + Send + Sync {
+    /// Seconds from the first moment, which is 0, to the last. Before and after these the ends hold, unless the movement
+    /// goes on for ever.
+    fn duration(&self) -> f32;
+
+    /// Everything that ever moves, as it is at a time in seconds: the same meshes, instances, cameras and lights for every time.
+    ///
+    /// # Errors
+    /// If the moment cannot be had, of a movement that is read from files.
+    fn pose(&self, time: f32) -> Result<Pose, SceneError>;
+}
+
+/// How what moves is at a moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pose {
+    /// Vertices of meshes whose triangles stay.
+    pub meshes: Vec<MeshPose>,
+    /// Places of instances, by index into [`SceneDesc::instances`]. One whose matrix is singular is not to be seen.
+    pub instances: Vec<(u32, Affine3)>,
+    /// Cameras, by index into [`SceneDesc::cameras`].
+    pub cameras: Vec<(u32, Camera)>,
+    /// Places of lights, by index into [`SceneDesc::lights`].
+    pub lights: Vec<(u32, Affine3)>,
+}
+
+/// A mesh's vertices at a moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshPose {
+    /// Index into [`SceneDesc::meshes`].
+    pub mesh: u32,
+    /// As many as the mesh has vertices, finite.
+    pub positions: Vec<Vec3>,
+    /// As many, or none where the mesh has none.
+    pub normals: Vec<Vec3>,
+    /// As many, or none: then they are derived where a material needs them.
+    pub tangents: Vec<Vec4>,
+}
+
+impl MeshPose {
+    /// Refuses what does not fit a mesh of so many vertices, with normals or without.
+    fn check(&self, vertices: usize, has_normals: bool) -> Result<(), String> {
+        let normals = if has_normals { vertices } else { 0 };
+        let tangents = [0, vertices].contains(&self.tangents.len());
+        if self.positions.len() != vertices || self.normals.len() != normals || !tangents {
+            let [p, n, t] = [self.positions.len(), self.normals.len(), self.tangents.len()];
+            return Err(format!(
+                "a moment has {p} positions, {n} normals and {t} tangents for a mesh of {vertices} vertices and {normals} normals"
+            ));
+        }
+        match self.positions.iter().position(|&p| !is_usable(p)) {
+            Some(vertex) => Err(format!("vertex {vertex} is not finite or beyond 1e15 at a moment")),
+            None => Ok(()),
+        }
+    }
+}
+
+impl SceneDesc {
+    /// The scene at a moment of its [`motion`](SceneDesc::motion), which must have one.
+    ///
+    /// # Errors
+    /// Nothing moves, the moment cannot be had, or it does not fit the scene.
+    pub fn at(mut self, time: f32) -> Result<Self, SceneError> {
+        let Some(motion) = &self.motion else {
+            return Err(SceneError::new("nothing moves in this scene", "scene", "leave the time out"));
+        };
+        let pose = motion.pose(time)?;
+        self.apply(pose)?;
+        Ok(self)
+    }
+
+    /// Gives what moves the places and the vertices of a moment.
+    ///
+    /// # Errors
+    /// It does not fit the scene; then nothing is changed.
+    pub fn apply(&mut self, pose: Pose) -> Result<(), SceneError> {
+        self.check_pose(&pose, self.instances.len())?;
+        for (instance, map) in &pose.instances {
+            self.instances[*instance as usize].world_from_object = *map;
+        }
+        self.apply_but_instances(pose);
+        Ok(())
+    }
+
+    /// Puts everything of a checked pose in its place, but for instances.
+    pub(crate) fn apply_but_instances(&mut self, pose: Pose) {
+        for MeshPose { mesh, positions, normals, tangents } in pose.meshes {
+            let mesh = &mut self.meshes[mesh as usize];
+            (mesh.positions, mesh.normals, mesh.tangents) = (positions, normals, tangents);
+        }
+        for (camera, posed) in pose.cameras {
+            self.cameras[camera as usize] = posed;
+        }
+        for (light, map) in pose.lights {
+            self.lights[light as usize].world_from_light = map;
+        }
+    }
+
+    /// Refuses a pose that does not fit, in a scene of so many instances.
+    pub(crate) fn check_pose(&self, pose: &Pose, instances: usize) -> Result<(), SceneError> {
+        let outside = |what: &str, index: u32, count: usize| {
+            let what = format!("a moment moves {what} {index}, of which there are {count}");
+            Err(SceneError::new(what, "motion", ""))
+        };
+        for posed in &pose.meshes {
+            let Some(mesh) = self.meshes.get(posed.mesh as usize) else {
+                return outside("mesh", posed.mesh, self.meshes.len());
+            };
+            posed
+                .check(mesh.positions.len(), !mesh.normals.is_empty())
+                .map_err(|what| SceneError::new(what, format!("mesh \"{}\"", mesh.name), ""))?;
+        }
+        let indices = |count: usize| move |index: &u32| *index as usize >= count;
+        if let Some(index) = pose.instances.iter().map(|i| i.0).find(indices(instances)) {
+            return outside("instance", index, instances);
+        }
+        if let Some(index) = pose.cameras.iter().map(|c| c.0).find(indices(self.cameras.len())) {
+            return outside("camera", index, self.cameras.len());
+        }
+        match pose.lights.iter().map(|l| l.0).find(indices(self.lights.len())) {
+            Some(index) => outside("light", index, self.lights.len()),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Instance, Mesh};
+    use std::sync::Arc;
+
+    /// A triangle that grows and goes along x.
+    #[derive(Debug)]
+    struct Growing;
+
+    fn triangle(time: f32) -> Vec<Vec3> {
+        vec![Vec3::ZERO, Vec3::X * (1.0 + time), Vec3::Y]
+    }
+
+    impl Motion for Growing {
+        fn duration(&self) -> f32 {
+            2.0
+        }
+
+        fn pose(&self, time: f32) -> Result<Pose, SceneError> {
+            let mesh = MeshPose { positions: triangle(time), ..MeshPose::default() };
+            let instances = vec![(0, Affine3::from_translation(Vec3::X * time))];
+            Ok(Pose { meshes: vec![mesh], instances, ..Pose::default() })
+        }
+    }
+
+    fn growing() -> SceneDesc {
+        let mesh = Mesh { positions: triangle(0.0), triangles: vec![[0, 1, 2]], ..Mesh::default() };
+        SceneDesc {
+            meshes: vec![mesh],
+            instances: vec![Instance { world_from_object: Affine3::IDENTITY, mesh: 0, name: 0 }],
+            motion: Some(Arc::new(Growing)),
+            ..SceneDesc::default()
+        }
+    }
+
+    #[test]
+    fn a_scene_is_had_at_any_moment() {
+        let desc = growing().at(1.5).expect("a moment");
+        assert_eq!(desc.meshes[0].positions, triangle(1.5));
+        assert_eq!(desc.instances[0].world_from_object.translation, Vec3::new(1.5, 0.0, 0.0).into());
+        let still = SceneDesc { motion: None, ..growing() };
+        assert!(still.at(1.0).expect_err("still").to_string().contains("nothing moves"));
+    }
+
+    #[test]
+    fn poses_that_do_not_fit_are_refused_and_change_nothing() {
+        let fine = || MeshPose { positions: triangle(1.0), ..MeshPose::default() };
+        let of_mesh = |mesh: MeshPose| Pose { meshes: vec![mesh], ..Pose::default() };
+        let moved = (0, Affine3::from_translation(Vec3::Y));
+        let camera = (0, Camera::framing(&vastlight_math::Aabb::EMPTY));
+        let wrong = [
+            of_mesh(MeshPose { mesh: 1, ..fine() }),
+            of_mesh(MeshPose { positions: vec![Vec3::ZERO; 4], ..fine() }),
+            of_mesh(MeshPose { positions: vec![Vec3::ZERO, Vec3::NAN, Vec3::X], ..fine() }),
+            of_mesh(MeshPose { normals: vec![Vec3::Z; 3], ..fine() }),
+            of_mesh(MeshPose { tangents: vec![Vec4::X], ..fine() }),
+            Pose { instances: vec![moved, (1, Affine3::IDENTITY)], ..Pose::default() },
+            Pose { instances: vec![moved], cameras: vec![camera], ..Pose::default() },
+            Pose { instances: vec![moved], lights: vec![(0, Affine3::IDENTITY)], ..Pose::default() },
+        ];
+        for pose in wrong {
+            let mut desc = growing();
+            let error = desc.apply(pose.clone()).expect_err("does not fit");
+            assert!(!error.to_string().is_empty(), "{pose:?}");
+            assert_eq!(desc.meshes, growing().meshes);
+            assert_eq!(desc.instances, growing().instances);
+        }
+        growing().apply(of_mesh(fine())).expect("fits");
+    }
+}
