@@ -243,7 +243,7 @@ fn bounce(vertex: &Vertex<'_>, bsdf: &Bsdf, path: &mut PathState, first: u32) ->
     }
     let inwards = vertex.wo.dot(vertex.surface.normal);
     let shading = (wo.z * outwards / (inwards * next.wi.z)).abs();
-    let factor = next.weight * next.radiance_scale;
+    let factor = next.weight * (next.radiance_scale * shading);
     // A factor that is no number ends the photon too.
     let survival = factor.max_element().clamp(0.0, 1.0);
     if at(2).next_1d() >= survival {
