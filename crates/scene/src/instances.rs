@@ -139,6 +139,19 @@ impl Instances {
         self.blocks = (0..count).step_by(BLOCK).map(mesh).collect();
     }
 
+    /// Puts instances, by number, in other places; gives the numbers of those that were elsewhere, ascending.
+    pub(crate) fn put(&mut self, moved: &[(u32, Affine3)]) -> Vec<u32> {
+        let mut changed = Vec::new();
+        for &(number, map) in moved {
+            if std::mem::replace(&mut self.maps[number as usize], map) != map {
+                changed.push(number);
+            }
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        changed
+    }
+
     /// Leaves out those whose matrix cannot be used; says how many.
     pub(crate) fn drop_singular(&mut self) -> usize {
         if self.maps.par_iter().all(can_be_placed) {

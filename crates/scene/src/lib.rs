@@ -24,6 +24,7 @@ mod stream;
 mod tangents;
 mod texel;
 mod texture_use;
+mod world;
 
 pub use camera::{Camera, Projection};
 pub use desc::{Instance, SceneDesc};
@@ -39,7 +40,7 @@ pub use material::{AlphaMode, Channel, ColorInput, Conductor, Material, NormalMa
 pub use mesh::{Mesh, Part};
 pub use motion::{MeshPose, Motion, Pose};
 pub use pyramid::{Content, PyramidRows, level_sizes, pyramid};
-pub use scene::{MeshExtent, MeshPreparation, Scene, TriangleFindings, can_be_placed, is_usable};
+pub use scene::{Change, MeshExtent, MeshPreparation, Scene, TriangleFindings, can_be_placed, is_usable};
 pub use stream::{ImageRows, NextRow, Piece, PieceInstance, Pieces, SceneStream, read_ahead};
 pub use texel::TexelReader;
 pub use texture_use::{TextureRole, TextureUse, texture_uses};

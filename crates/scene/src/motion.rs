@@ -1,6 +1,6 @@
 //! What moves in a scene, as a function of time.
 
-use crate::{Camera, SceneDesc, SceneError, is_usable};
+use crate::{Camera, Mesh, SceneDesc, SceneError, is_usable};
 use std::fmt::Debug;
 use vastlight_math::{Affine3, Vec3, Vec4};
 
@@ -81,7 +81,7 @@ impl SceneDesc {
     /// # Errors
     /// It does not fit the scene; then nothing is changed.
     pub fn apply(&mut self, pose: Pose) -> Result<(), SceneError> {
-        self.check_pose(&pose, self.instances.len())?;
+        self.check_pose(&pose, self.instances.len(), |mesh| &self.meshes[mesh])?;
         for (instance, map) in &pose.instances {
             self.instances[*instance as usize].world_from_object = *map;
         }
@@ -103,16 +103,22 @@ impl SceneDesc {
         }
     }
 
-    /// Refuses a pose that does not fit, in a scene of so many instances.
-    pub(crate) fn check_pose(&self, pose: &Pose, instances: usize) -> Result<(), SceneError> {
+    /// Refuses a pose that does not fit, in a scene of so many instances whose meshes at rest are given by number.
+    pub(crate) fn check_pose<'m>(
+        &self,
+        pose: &Pose,
+        instances: usize,
+        at_rest: impl Fn(usize) -> &'m Mesh,
+    ) -> Result<(), SceneError> {
         let outside = |what: &str, index: u32, count: usize| {
             let what = format!("a moment moves {what} {index}, of which there are {count}");
             Err(SceneError::new(what, "motion", ""))
         };
         for posed in &pose.meshes {
-            let Some(mesh) = self.meshes.get(posed.mesh as usize) else {
+            if posed.mesh as usize >= self.meshes.len() {
                 return outside("mesh", posed.mesh, self.meshes.len());
-            };
+            }
+            let mesh = at_rest(posed.mesh as usize);
             posed
                 .check(mesh.positions.len(), !mesh.normals.is_empty())
                 .map_err(|what| SceneError::new(what, format!("mesh \"{}\"", mesh.name), ""))?;
@@ -134,7 +140,7 @@ impl SceneDesc {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Instance, Mesh};
+    use crate::{Encoding, Image, Instance, Material, NormalMap, Scene, Texels, Texture};
     use std::sync::Arc;
 
     /// A triangle that grows and goes along x.
@@ -200,5 +206,82 @@ mod tests {
             assert_eq!(desc.instances, growing().instances);
         }
         growing().apply(of_mesh(fine())).expect("fits");
+    }
+
+    fn flat_image() -> Image {
+        let texels = Texels::U8(vec![128, 128, 255]);
+        Image { name: "flat".into(), width: 1, height: 1, channels: 3, texels }
+    }
+
+    /// A scene of several meshes and instances out of order, of which some become singular, with tangents that are derived.
+    fn mixed() -> SceneDesc {
+        let mut desc = growing();
+        let mut normal_map = Material::new("bumpy");
+        normal_map.normal_map = Some(NormalMap { texture: 0, scale: 1.0 });
+        desc.materials = vec![Material::new("plain"), normal_map];
+        desc.images = vec![flat_image()];
+        desc.textures = vec![Texture::new(0, Encoding::Linear)];
+        let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]].map(vastlight_math::Vec2::from);
+        desc.meshes.push(Mesh {
+            name: "mirrored".into(),
+            positions: corners.map(|c| c.extend(0.3 * c.x)).to_vec(),
+            normals: vec![Vec3::Z; 4],
+            // The second triangle's coordinates are the first one's, mirrored.
+            uvs: vec![vec![corners[0], corners[1], corners[2], corners[0]]],
+            triangles: vec![[0, 1, 2], [1, 3, 2]],
+            parts: vec![crate::Part { first_triangle: 0, material: 1 }],
+            ..Mesh::default()
+        });
+        let place = |mesh, x: f32| Instance {
+            world_from_object: Affine3::from_translation(Vec3::X * x),
+            mesh,
+            name: 0,
+        };
+        desc.instances = vec![place(1, 5.0), place(0, 1.0), place(1, -3.0), place(0, 2.0)];
+        desc.motion = Some(Arc::new(Mixed));
+        desc
+    }
+
+    #[derive(Debug)]
+    struct Mixed;
+
+    impl Motion for Mixed {
+        fn duration(&self) -> f32 {
+            1.0
+        }
+
+        fn pose(&self, time: f32) -> Result<Pose, SceneError> {
+            let bent =
+                mixed().meshes[1].positions.iter().map(|p| *p + Vec3::Z * (time * p.x * p.y)).collect();
+            let normals = vec![Vec3::new(0.0, time, 1.0).normalize(); 4];
+            let mesh = MeshPose { mesh: 1, positions: bent, normals, tangents: Vec::new() };
+            let grown = Affine3::from_scale(Vec3::splat(1.0 - time));
+            let mut pose = Growing.pose(time)?;
+            pose.meshes.insert(0, mesh);
+            pose.instances = vec![(2, grown)];
+            Ok(pose)
+        }
+    }
+
+    #[test]
+    fn a_posed_scene_is_that_of_the_moment_whatever_came_before() {
+        let mut scene = Scene::new(mixed()).expect("valid");
+        assert!(scene.meshes()[1].positions.len() > 4, "the seam is split");
+        // At 1, an instance is singular.
+        for time in [0.5, 1.0, 0.25, 0.0, 1.0] {
+            let before = scene.clone();
+            let change = scene.pose(Mixed.pose(time).expect("a moment")).expect("fits");
+            let fresh = Scene::new(mixed().at(time).expect("a moment")).expect("valid");
+            assert_eq!(scene.meshes(), fresh.meshes());
+            assert_eq!(scene.instances(), fresh.instances());
+            assert_eq!((scene.bounds(), scene.extents()), (fresh.bounds(), fresh.extents()));
+            assert_eq!(change.meshes, [0, 1]);
+            let moved = |i: &u32| before.instances().map(*i as usize) != scene.instances().map(*i as usize);
+            let expected: Vec<u32> = (0..4).filter(moved).collect();
+            assert_eq!(change.instances, expected);
+            assert_eq!(change.instances, [3], "the third in the table is the last by mesh");
+        }
+        let error = scene.pose(Pose { instances: vec![(4, Affine3::IDENTITY)], ..Pose::default() });
+        assert!(error.expect_err("outside").to_string().contains("instance 4"));
     }
 }

@@ -1,11 +1,13 @@
 //! The validated scene.
 
 use crate::tangents::{self, tangent_sets};
+use crate::world::WorldBounds;
 use crate::{
-    Camera, Diagnostic, Diagnostics, Environment, Image, Instances, Lattice, Light, Material, Mesh, Part,
-    SceneDesc, SceneError, Sky, Texture,
+    Camera, Diagnostic, Diagnostics, Environment, Image, Instance, Instances, Lattice, Light, Material, Mesh,
+    Motion, Part, Pose, SceneDesc, SceneError, Sky, Texture,
 };
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use vastlight_math::{Aabb, Affine3, Vec3};
 
@@ -16,8 +18,21 @@ pub struct Scene {
     desc: SceneDesc,
     instances: Arc<Instances>,
     environment: Environment,
-    bounds: Aabb,
+    bounds: WorldBounds,
     extents: Vec<MeshExtent>,
+    /// In scenes that move, by place in the description's table of instances, their numbers; empty where these are the same.
+    numbers: Vec<u32>,
+    /// In scenes that move, meshes as they were described whose tangents are derived, which adds vertices.
+    described: BTreeMap<u32, Mesh>,
+}
+
+/// What a moment made of the one before.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Change {
+    /// Meshes with other vertices, ascending.
+    pub meshes: Vec<u32>,
+    /// Instances in other places, ascending.
+    pub instances: Vec<u32>,
 }
 
 /// Size of a mesh.
@@ -56,6 +71,11 @@ impl MeshPreparation {
         Ok(found)
     }
 
+    /// Whether tangents are derived for some of a mesh's triangles.
+    fn derives_tangents(&self, mesh: &Mesh) -> bool {
+        check_mesh(mesh, self.materials).is_ok() && tangents::are_missing(mesh, &self.tangent_sets)
+    }
+
     /// Whether tangents are derived for triangles of a material, if the mesh has normals and texture coordinates but none.
     #[must_use]
     pub fn needs_tangents(&self, material: u32) -> bool {
@@ -63,11 +83,17 @@ impl MeshPreparation {
     }
 }
 
+impl MeshExtent {
+    fn of(mesh: &Mesh) -> Self {
+        Self { bounds: mesh.bounds(), triangles: mesh.triangles.len() as u64 }
+    }
+}
+
 impl Scene {
     /// Checks `desc`, repairs what can be repaired (and says so in [`Scene::diagnostics`]).
     ///
     /// Triangles with non-finite corners collapse to a point, so that triangle numbers stay; positions are snapped to
-    /// the mesh's [`Lattice`]; tangents are derived where a material needs them; instances with a non-finite or singular matrix are dropped; a scene without material,
+    /// the mesh's [`Lattice`]; tangents are derived where a material needs them; instances with a non-finite or singular matrix are dropped, or hidden where the scene moves; a scene without material,
     /// camera or light gets a neutral one of each.
     ///
     /// # Errors
@@ -79,18 +105,63 @@ impl Scene {
         if desc.materials.is_empty() {
             desc.materials.push(Material::new("neutral"));
         }
+        let numbers = if desc.motion.is_some() { sorted_numbers(&desc.instances) } else { Vec::new() };
         let instances = Instances::new(std::mem::take(&mut desc.instances), desc.meshes.len())?;
         check_indices(&desc)?;
         let preparation = MeshPreparation::new(&desc);
         let mut meshes = std::mem::take(&mut desc.meshes);
+        let derives = |mesh: &&Mesh| desc.motion.is_some() && preparation.derives_tangents(mesh);
+        let described = (0..).zip(&meshes).filter(|(_, mesh)| derives(mesh));
+        let described = described.map(|(number, mesh)| (number, mesh.clone())).collect();
         let found: Vec<_> = meshes.par_iter_mut().map(|mesh| preparation.prepare(mesh)).collect();
         for found in found {
             found?.into_iter().for_each(|diagnostic| desc.diagnostics.push(diagnostic));
         }
-        let own = |mesh: &Mesh| MeshExtent { bounds: mesh.bounds(), triangles: mesh.triangles.len() as u64 };
-        let extents = meshes.par_iter().map(own).collect();
+        let extents = meshes.par_iter().map(MeshExtent::of).collect();
         desc.meshes = meshes;
-        Ok(Self::complete(desc, instances, extents))
+        Ok(Self { numbers, described, ..Self::complete(desc, instances, extents) })
+    }
+
+    /// What moves in the scene, if anything does.
+    #[must_use]
+    pub fn motion(&self) -> Option<&Arc<dyn Motion>> {
+        self.desc.motion.as_ref()
+    }
+
+    /// Gives what moves the places and the vertices of a moment: the scene is then the one that [`Scene::new`] makes of
+    /// [`SceneDesc::at`], but for a camera that it added.
+    ///
+    /// The table of instances is changed in place where nobody else keeps it ([`Scene::shared_instances`]).
+    ///
+    /// # Errors
+    /// The pose does not fit; then nothing is changed.
+    pub fn pose(&mut self, pose: Pose) -> Result<Change, SceneError> {
+        let Self { desc, numbers, extents, described, .. } = self;
+        let at_rest = |mesh: usize| described.get(&(mesh as u32)).unwrap_or(&desc.meshes[mesh]);
+        desc.check_pose(&pose, self.instances.len(), at_rest)?;
+        let number = |place: u32| numbers.get(place as usize).copied().unwrap_or(place);
+        let moved: Vec<_> = pose.instances.iter().map(|&(place, map)| (number(place), map)).collect();
+        let instances = Arc::make_mut(&mut self.instances).put(&moved);
+        let mut meshes: Vec<u32> = pose.meshes.iter().map(|posed| posed.mesh).collect();
+        meshes.sort_unstable();
+        for mesh in &meshes {
+            if let Some(described) = described.get(mesh) {
+                desc.meshes[*mesh as usize].clone_from(described);
+            }
+        }
+        desc.apply_but_instances(pose);
+        let preparation = MeshPreparation::new(desc);
+        let posed = desc.meshes.par_iter_mut().zip(extents).enumerate();
+        posed.filter(|(i, _)| meshes.binary_search(&(*i as u32)).is_ok()).try_for_each(
+            |(_, (mesh, extent))| {
+                preparation.prepare(mesh)?;
+                *extent = MeshExtent::of(mesh);
+                Ok::<_, SceneError>(())
+            },
+        )?;
+        let change = Change { meshes, instances };
+        self.bounds.update(&self.instances, &self.extents, &change);
+        Ok(change)
     }
 
     /// A scene whose meshes went through [`MeshPreparation`] and of which some are elsewhere: those have names and parts
@@ -115,14 +186,24 @@ impl Scene {
     /// Adds what a description lacks.
     fn complete(mut desc: SceneDesc, mut instances: Instances, extents: Vec<MeshExtent>) -> Self {
         desc.instances = Vec::new();
-        drop_singular_instances(&mut instances, &mut desc.diagnostics);
-        let bounds = world_bounds(&instances, &extents);
+        if desc.motion.is_none() {
+            drop_singular_instances(&mut instances, &mut desc.diagnostics);
+        }
+        let bounds = WorldBounds::new(&instances, &extents);
         if desc.cameras.is_empty() {
-            desc.cameras.push(Camera::framing(&bounds));
+            desc.cameras.push(Camera::framing(&bounds.all));
         }
         warn_of_implicit_lamps(&mut desc);
         let environment = environment_or_sky(&mut desc);
-        Self { desc, instances: Arc::new(instances), environment, bounds, extents }
+        Self {
+            desc,
+            instances: Arc::new(instances),
+            environment,
+            bounds,
+            extents,
+            numbers: Vec::new(),
+            described: BTreeMap::new(),
+        }
     }
 
     /// The description, completed, without the instances.
@@ -224,7 +305,7 @@ impl Scene {
     /// The box around all instances in world space; empty for an empty scene.
     #[must_use]
     pub fn bounds(&self) -> Aabb {
-        self.bounds
+        self.bounds.all
     }
 
     /// Triangles in all meshes, each mesh counted once.
@@ -240,6 +321,18 @@ impl Scene {
             |(mesh, extent): (u32, &MeshExtent)| extent.triangles * self.instances.of_mesh(mesh).len() as u64;
         (0..).zip(&self.extents).map(placed).sum()
     }
+}
+
+/// The numbers that instances get when they are sorted by mesh; none where they are.
+fn sorted_numbers(instances: &[Instance]) -> Vec<u32> {
+    if instances.is_sorted_by_key(|i| i.mesh) {
+        return Vec::new();
+    }
+    let mut places: Vec<u32> = (0..instances.len() as u32).collect();
+    places.sort_by_key(|&place| instances[place as usize].mesh);
+    let mut numbers = vec![0; places.len()];
+    (0..).zip(places).for_each(|(number, place)| numbers[place as usize] = number);
+    numbers
 }
 
 /// Every index between tables is in range, every attribute array has its length.
@@ -384,9 +477,6 @@ fn drop_singular_instances(instances: &mut Instances, diagnostics: &mut Diagnost
     }
 }
 
-/// Instances that one thread looks at at a time.
-const CHUNK: usize = 1 << 12;
-
 /// Only triangles are lights that can be asked for.
 fn warn_of_implicit_lamps(desc: &mut SceneDesc) {
     let shines =
@@ -396,16 +486,6 @@ fn warn_of_implicit_lamps(desc: &mut SceneDesc) {
         let what = "an implicit surface that emits lights others by chance alone, with much noise";
         desc.diagnostics.warn(what, place, "put a lamp of triangles beside it");
     }
-}
-
-fn world_bounds(instances: &Instances, extents: &[MeshExtent]) -> Aabb {
-    let bounds = |i: usize| extents[instances.mesh(i) as usize].bounds.transformed(instances.map(i));
-    let around =
-        |first: usize| (first..instances.len().min(first + CHUNK)).map(bounds).fold(Aabb::EMPTY, Aabb::union);
-    // Chunks of a fixed size, so that not even the sign of a zero depends on the threads.
-    let parts: Vec<Aabb> =
-        (0..instances.len().div_ceil(CHUNK)).into_par_iter().map(|i| around(i * CHUNK)).collect();
-    parts.into_iter().fold(Aabb::EMPTY, Aabb::union)
 }
 
 /// What the description says, or a sky where nothing else lights the scene.
@@ -432,7 +512,7 @@ fn environment_or_sky(desc: &mut SceneDesc) -> Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ImplicitShape, Instance, Metaball, Metaballs};
+    use crate::{ImplicitShape, Metaball, Metaballs};
 
     fn one_ball(threshold: f32) -> SceneDesc {
         let balls = vec![Metaball { center: Vec3::X, radius: 2.0, strength: 1.0 }];

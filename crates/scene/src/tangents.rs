@@ -22,6 +22,11 @@ pub(crate) fn tangent_sets(materials: &[Material], textures: &[Texture]) -> Vec<
     materials.iter().map(of).collect()
 }
 
+/// Whether [`derive`] has anything to do for a mesh whose indices are in range.
+pub(crate) fn are_missing(mesh: &Mesh, sets: &[Option<u32>]) -> bool {
+    !faces_without_tangents(mesh, sets).is_empty()
+}
+
 /// Derives the tangents that are missing: all, or those that are zero. Afterwards none has a sign of zero.
 pub(crate) fn derive(mesh: &mut Mesh, sets: &[Option<u32>]) {
     let faces = faces_without_tangents(mesh, sets);
