@@ -128,6 +128,19 @@ impl Scene {
         self.desc.motion.as_ref()
     }
 
+    /// Numbers of the instances that a pose which fits names, ascending.
+    #[must_use]
+    pub fn numbers_of(&self, pose: &Pose) -> Vec<u32> {
+        let mut numbers: Vec<u32> = pose.instances.iter().map(|&(place, _)| self.number(place)).collect();
+        numbers.sort_unstable();
+        numbers
+    }
+
+    /// The number of an instance by its place in the description's table.
+    fn number(&self, place: u32) -> u32 {
+        self.numbers.get(place as usize).copied().unwrap_or(place)
+    }
+
     /// Gives what moves the places and the vertices of a moment: the scene is then the one that [`Scene::new`] makes of
     /// [`SceneDesc::at`], but for a camera that it added.
     ///
@@ -136,11 +149,10 @@ impl Scene {
     /// # Errors
     /// The pose does not fit; then nothing is changed.
     pub fn pose(&mut self, pose: Pose) -> Result<Change, SceneError> {
-        let Self { desc, numbers, extents, described, .. } = self;
+        let moved: Vec<_> = pose.instances.iter().map(|&(place, map)| (self.number(place), map)).collect();
+        let Self { desc, extents, described, .. } = self;
         let at_rest = |mesh: usize| described.get(&(mesh as u32)).unwrap_or(&desc.meshes[mesh]);
         desc.check_pose(&pose, self.instances.len(), at_rest)?;
-        let number = |place: u32| numbers.get(place as usize).copied().unwrap_or(place);
-        let moved: Vec<_> = pose.instances.iter().map(|&(place, map)| (number(place), map)).collect();
         let instances = Arc::make_mut(&mut self.instances).put(&moved);
         let mut meshes: Vec<u32> = pose.meshes.iter().map(|posed| posed.mesh).collect();
         meshes.sort_unstable();

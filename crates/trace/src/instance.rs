@@ -5,7 +5,7 @@ use std::sync::Arc;
 use vastlight_accel::ray::EightRays;
 use vastlight_math::glam::{DAffine3, DMat3, DVec3};
 use vastlight_math::{Aabb, Affine3, Vec3};
-use vastlight_scene::{Instances, Scene};
+use vastlight_scene::{Instances, Scene, can_be_placed};
 use vastlight_simd::Simd8;
 
 /// An instance as rays see it, 56 bytes.
@@ -108,9 +108,9 @@ impl Footprint {
     /// Beyond this spread, a map is so close to singular that box tests may lose hits of no meaning.
     const MAX_SPREAD: f64 = 16_384.0;
 
-    /// The footprint of `mesh` placed by `world_from_object`; an empty box for an empty mesh.
+    /// The footprint of `mesh` placed by `world_from_object`; an empty box for an empty mesh, and where the map is singular.
     pub(crate) fn new(world_from_object: &Affine3, mesh: &MeshSpace) -> Self {
-        if mesh.bounds.is_empty() {
+        if mesh.bounds.is_empty() || !can_be_placed(world_from_object) {
             return Self { bounds: Aabb::EMPTY, spread: 1.0 };
         }
         let map = widen(world_from_object);
@@ -133,6 +133,12 @@ impl Footprint {
     }
 }
 
+impl Footprint {
+    fn union(self, other: Self) -> Self {
+        Self { bounds: self.bounds.union(other.bounds), spread: self.spread.max(other.spread) }
+    }
+}
+
 fn widen(map: &Affine3) -> DAffine3 {
     DAffine3 { matrix3: map.matrix3.as_dmat3(), translation: map.translation.as_dvec3() }
 }
@@ -143,8 +149,8 @@ fn round_down(x: f64) -> f32 {
     if f64::from(nearest) > x { nearest.next_down() } else { nearest }
 }
 
-/// Instances that one thread looks at at a time.
-const CHUNK: usize = 1 << 12;
+/// Instances of a part.
+const PART: usize = 512;
 
 /// All instances of a scene, placed.
 #[derive(Debug)]
@@ -155,6 +161,8 @@ pub(crate) struct Places {
     /// All of them where there are at most [`Instances::AT_HAND`], 56 bytes each, or nothing: then maps are inverted whenever a ray
     /// comes.
     at_hand: Vec<Placed>,
+    /// Around parts of the instances, with the largest of their spreads.
+    parts: Vec<Footprint>,
     /// Around all instances.
     pub(crate) world: Aabb,
     /// Largest absolute coordinate of the world.
@@ -167,26 +175,66 @@ impl Places {
     /// Places the meshes of `scene`, whose structures have these spaces.
     pub(crate) fn new(scene: &Scene, spaces: Vec<MeshSpace>) -> Self {
         let instances = scene.shared_instances();
-        let (at_hand, world, extent) = (Vec::new(), Aabb::EMPTY, 0.0);
-        let mut places = Self { instances, spaces, at_hand, world, extent, margin_factor: 2.0 };
+        let mut places = Self {
+            instances,
+            spaces,
+            at_hand: Vec::new(),
+            parts: Vec::new(),
+            world: Aabb::EMPTY,
+            extent: 0.0,
+            margin_factor: 2.0,
+        };
         let count = places.instances.len();
         if count <= Instances::AT_HAND {
             places.at_hand = (0..count).into_par_iter().map(|i| places.find(i)).collect();
         }
-        let around = |chunk: usize| {
-            let unite =
-                |(bounds, spread): (Aabb, f32), f: Footprint| (bounds.union(f.bounds), spread.max(f.spread));
-            let chunk = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-            chunk.map(|i| places.footprint(i)).fold((Aabb::EMPTY, 1.0), unite)
-        };
-        let parts: Vec<(Aabb, f32)> = (0..count.div_ceil(CHUNK)).into_par_iter().map(around).collect();
-        let world = parts.iter().fold(Aabb::EMPTY, |a, part| a.union(part.0));
-        places.margin_factor = 2.0 * parts.iter().map(|part| part.1).fold(1.0, f32::max);
-        if !world.is_empty() {
-            places.extent = world.min.abs().max(world.max.abs()).max_element();
-        }
-        places.world = world;
+        places.parts = (0..count.div_ceil(PART)).into_par_iter().map(|part| places.around(part)).collect();
+        places.unite();
         places
+    }
+
+    /// Lets go of the scene's table of instances, so that it can change in place; until [`Places::follow`], nothing is
+    /// placed.
+    pub(crate) fn let_go(&mut self) {
+        self.instances = Arc::default();
+    }
+
+    /// Places what moved anew: instances that are elsewhere, and all those of meshes with other spaces.
+    pub(crate) fn follow(&mut self, scene: &Scene, moved: &[u32], spaces: &[(u32, MeshSpace)]) {
+        self.instances = scene.shared_instances();
+        for &(mesh, space) in spaces {
+            self.spaces[mesh as usize] = space;
+        }
+        let of_meshes = spaces.iter().flat_map(|&(mesh, _)| self.instances.of_mesh(mesh));
+        let mut touched: Vec<u32> = moved.iter().copied().chain(of_meshes).collect();
+        touched.sort_unstable();
+        touched.dedup();
+        if !self.at_hand.is_empty() {
+            let placed: Vec<Placed> =
+                touched.par_iter().with_min_len(64).map(|&i| self.find(i as usize)).collect();
+            touched.iter().zip(placed).for_each(|(&i, placed)| self.at_hand[i as usize] = placed);
+        }
+        touched.iter_mut().for_each(|i| *i /= PART as u32);
+        touched.dedup();
+        let parts: Vec<Footprint> = touched.par_iter().map(|&part| self.around(part as usize)).collect();
+        touched.iter().zip(parts).for_each(|(&part, found)| self.parts[part as usize] = found);
+        self.unite();
+    }
+
+    /// The footprint of a part of the instances.
+    fn around(&self, part: usize) -> Footprint {
+        let numbers = part * PART..self.len().min((part + 1) * PART);
+        let none = Footprint { bounds: Aabb::EMPTY, spread: 1.0 };
+        numbers.map(|i| self.footprint(i)).fold(none, Footprint::union)
+    }
+
+    fn unite(&mut self) {
+        let none = Footprint { bounds: Aabb::EMPTY, spread: 1.0 };
+        let Footprint { bounds, spread } = self.parts.iter().copied().fold(none, Footprint::union);
+        self.world = bounds;
+        self.margin_factor = 2.0 * spread;
+        self.extent =
+            if bounds.is_empty() { 0.0 } else { bounds.min.abs().max(bounds.max.abs()).max_element() };
     }
 
     /// Number of instances.

@@ -15,6 +15,7 @@ mod kd;
 mod mesh;
 pub mod paged;
 mod patch;
+mod pose;
 mod reach;
 pub mod sort;
 pub mod stream;
@@ -26,4 +27,5 @@ pub mod words;
 
 pub use hit::{AcceptAll, Hit, HitFilter};
 pub use mesh::Layout;
+pub use pose::{PoseError, PoseReport};
 pub use tracer::{BuildReport, TopLevel, TraceError, Tracer, TracerConfig};

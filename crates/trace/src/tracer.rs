@@ -8,6 +8,7 @@ use crate::kd::{KdBatch, KdScene};
 use crate::mesh::{Layout, MeshTree};
 use crate::paged::Found;
 use crate::patch::{ROWS, rows};
+use crate::pose::Movers;
 use crate::walk::{Answers, Batch};
 use crate::{AcceptAll, Hit, HitFilter};
 use rayon::prelude::*;
@@ -126,8 +127,11 @@ pub struct Tracer {
     /// Room that a ray needs for children that wait.
     pub(crate) stack_entries: usize,
     pub(crate) bundles: bool,
+    /// Once the scene was posed: what moves, in the top level.
+    pub(crate) movers: Option<Movers>,
+    pub(crate) config: TracerConfig,
     level: Level,
-    report: BuildReport,
+    pub(crate) report: BuildReport,
 }
 
 impl Tracer {
@@ -141,7 +145,8 @@ impl Tracer {
             if config.layout != Layout::default() {
                 return Err(TraceError::Layout { accel: kind.name, layout: config.layout.name() });
             }
-            return Self::over_kd_trees(scene, kind, config.level.unwrap_or_default());
+            let tracer = Self::over_kd_trees(scene, kind, config.level.unwrap_or_default())?;
+            return Ok(Self { config: config.clone(), ..tracer });
         }
         let start = Instant::now();
         let accel = resolve(&config.accel)?;
@@ -213,6 +218,7 @@ impl Tracer {
             stages: sum_stages(&builds, meshes_done.elapsed()),
         };
         tracer.pages = pages;
+        tracer.config = config.clone();
         Ok(tracer)
     }
 
@@ -273,6 +279,8 @@ impl Tracer {
             kd: None,
             implicits: Implicits::new(scene),
             stack_entries,
+            movers: None,
+            config: TracerConfig::default(),
             level: build.level,
             report,
         })
@@ -315,6 +323,8 @@ impl Tracer {
             implicits: Implicits::new(scene),
             stack_entries: 0,
             bundles: false,
+            movers: None,
+            config: TracerConfig::default(),
             level,
             report,
         })
@@ -511,6 +521,6 @@ fn sum_stages(builds: &[MeshBuild], top: Duration) -> Vec<(&'static str, f64)> {
     sums
 }
 
-fn milliseconds(time: Duration) -> f64 {
+pub(crate) fn milliseconds(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
 }

@@ -103,6 +103,37 @@ impl InstanceNodes {
         }
     }
 
+    /// Number of nodes.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Full(nodes) => nodes.len(),
+            Self::Small(nodes) => nodes.len(),
+        }
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Leaves the first nodes alone.
+    pub(super) fn truncate(&mut self, count: usize) {
+        match self {
+            Self::Full(nodes) => nodes.truncate(count),
+            Self::Small(nodes) => nodes.truncate(count),
+        }
+    }
+
+    /// Adds a node with its children changed.
+    pub(super) fn push(&mut self, node: &Node8, child: impl Fn(ChildRef) -> ChildRef) {
+        match self {
+            Self::Full(nodes) => nodes.push(Node8 { children: node.children.map(child), ..*node }),
+            Self::Small(nodes) => nodes.push(SmallNode::new(node, child)),
+        }
+    }
+
     /// Memory, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -1,5 +1,6 @@
 //! Eight-wide trees: what rays are traced through.
 
+mod beside;
 mod collapse;
 mod direct;
 mod grid;
@@ -11,6 +12,7 @@ mod top;
 pub mod traverse;
 mod validate;
 
+pub use beside::Still;
 pub use grid::{CellWalk, GridBvh};
 pub use instances::{InstanceBvh, InstanceNode, InstanceNodes, SmallNode};
 pub use layout::{Block8, ChildRef, Leaf, LeafLanes, Node8, WideNode};

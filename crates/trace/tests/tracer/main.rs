@@ -6,6 +6,7 @@ mod common;
 mod implicit;
 mod odd_rays;
 mod paged;
+mod pose;
 mod sorting;
 mod splitting;
 mod watertight;

@@ -1,0 +1,131 @@
+//! Two trees under one root: over instances that stand still, which is never touched, and over those that move, which is
+//! built anew whenever they do. So the cost of a moment follows what moves.
+
+use super::{ChildRef, InstanceBvh, Node8, TopBvh, WideNode};
+use crate::{BuildConfig, BuildError, Quality, Scratch};
+use rayon::prelude::*;
+use vastlight_math::Aabb;
+
+/// The part of an [`InstanceBvh`] that stands still, as it was before movers were put beside it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Still {
+    nodes: usize,
+    root: Option<(ChildRef, Aabb)>,
+    levels: usize,
+    quality: Quality,
+}
+
+impl InstanceBvh {
+    /// What to remember of a tree over what stands still. `bounds` are those it was built with.
+    #[must_use]
+    pub fn still(&self, bounds: impl Fn(u32) -> Aabb) -> Still {
+        let around = |root: ChildRef| match self.nodes.get(root.index()) {
+            Some(node) if !root.is_leaf() => {
+                let slots = (0..8).filter(|&slot| node.child(root.index(), slot) != ChildRef::NONE);
+                slots.map(|slot| node.bounds(slot)).fold(Aabb::EMPTY, Aabb::union)
+            }
+            _ => bounds(root.index() as u32),
+        };
+        let root = self.root.map(|root| (root, around(root)));
+        Still { nodes: self.nodes.len(), root, levels: self.levels, quality: self.quality }
+    }
+
+    /// Puts a tree over `movers` beside what stands still, in the place of the last such tree. Movers whose box is empty are
+    /// left out; `bounds` and `costs` are as in [`InstanceBvh::build`].
+    ///
+    /// # Errors
+    /// Those of [`build()`](crate::build()).
+    pub fn put_beside(
+        &mut self,
+        still: &Still,
+        (name, movers): (&str, &[u32]),
+        bounds: impl Fn(u32) -> Aabb + Sync,
+        costs: impl Fn(u32) -> f64 + Sync,
+        config: &BuildConfig,
+    ) -> Result<(), BuildError> {
+        let boxes: Vec<Aabb> = movers.par_iter().with_min_len(64).map(|&i| bounds(i)).collect();
+        let costs = |place: u32| costs(movers[place as usize]);
+        let top = TopBvh::build(name, &boxes, costs, config, &mut Scratch::default())?;
+        let child = |child: ChildRef| match child {
+            ChildRef::NONE => child,
+            child if child.is_leaf() => ChildRef::leaf(movers[child.index()]),
+            child => ChildRef::node((child.index() + still.nodes) as u32),
+        };
+        self.nodes.truncate(still.nodes);
+        for node in &top.nodes {
+            self.nodes.push(node, child);
+        }
+        let all = boxes.into_iter().filter(|b| !b.is_empty()).fold(Aabb::EMPTY, Aabb::union);
+        let moving = top.root.map(|root| (child(root), all));
+        (self.root, self.levels) = (still.root.map(|(root, _)| root), still.levels);
+        match (still.root, moving) {
+            (Some(still), Some(moving)) => {
+                let mut node = Node8::EMPTY;
+                node.set(0, still.0, &still.1);
+                node.set(1, moving.0, &moving.1);
+                self.root = Some(ChildRef::node(self.nodes.len() as u32));
+                self.nodes.push(&node, |child| child);
+                self.levels = 1 + self.levels.max(top.levels);
+            }
+            (None, Some((root, _))) => (self.root, self.levels) = (Some(root), top.levels),
+            (_, None) => {}
+        }
+        self.quality = Quality {
+            nodes: still.quality.nodes + top.quality.nodes,
+            references: still.quality.references + top.quality.references,
+            depth: 1 + still.quality.depth.max(top.quality.depth),
+            ..still.quality
+        };
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wide::{Boxes, validate_nodes};
+    use vastlight_math::Vec3;
+
+    fn boxes(count: usize, moved: &[u32], by: f32) -> Vec<Aabb> {
+        let place = |i: u32| {
+            let shift = if moved.contains(&i) { by } else { 0.0 };
+            Vec3::new((i * 7 % 97) as f32, (i * 13 % 89) as f32 + shift, (i * 29 % 83) as f32)
+        };
+        (0..count as u32).map(|i| Aabb { min: place(i), max: place(i) + 0.5 }).collect()
+    }
+
+    fn check(bvh: &InstanceBvh, boxes: &[Aabb]) {
+        let nodes: Vec<Node8> =
+            (0..bvh.nodes.len()).filter_map(|i| Some(bvh.nodes.get(i)?.to_wide(i))).collect();
+        let leaf = |i: usize| Some(vec![(i as u32, *boxes.get(i)?)]);
+        validate_nodes(&nodes, bvh.root, boxes.len(), Boxes::Rounded, leaf, |_, _| false).expect("sound");
+    }
+
+    #[test]
+    fn movers_are_found_beside_what_stands_still() {
+        let config = BuildConfig::default();
+        for (count, movers) in [
+            (500, (0..500).step_by(17).collect::<Vec<u32>>()),
+            (2, vec![1]),
+            (1, vec![0]),
+            (40, (0..40).collect()),
+            (300_000, vec![5, 150_000, 299_999]),
+        ] {
+            let mut now = boxes(count, &[], 0.0);
+            let rests = |i: u32| if movers.contains(&i) { Aabb::EMPTY } else { now[i as usize] };
+            let mut bvh = InstanceBvh::build("", count, rests, |_| 1.0, &config).expect("built");
+            let still = bvh.still(|i| now[i as usize]);
+            let bytes = bvh.bytes();
+            for by in [0.0, 50.0, -30.0] {
+                now = boxes(count, &movers, by);
+                let bounds = |i: u32| now[i as usize];
+                bvh.put_beside(&still, ("", &movers), bounds, |_| 1.0, &config).expect("built");
+                check(&bvh, &now);
+                assert!(bvh.bytes() <= bytes + 256 * (movers.len() + 1), "no tree stays behind");
+            }
+            // Nobody moves any more.
+            bvh.put_beside(&still, ("", &[]), |_| Aabb::EMPTY, |_| 1.0, &config).expect("built");
+            assert_eq!(bvh.root, still.root.map(|(root, _)| root));
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! A tracer follows its scene through time: what moves is updated, the rest is never touched.
+//!
+//! Hits do not depend on how structures came to be, so a posed tracer gives the hits of one that is built anew.
+
+use crate::implicit::Implicits;
+use crate::instance::MeshSpace;
+use crate::mesh::MeshTree;
+use crate::tracer::{milliseconds, view};
+use crate::{Layout, TopLevel, TraceError, Tracer};
+use std::time::Instant;
+use vastlight_accel::wide::traverse::stack_entries;
+use vastlight_accel::wide::{InstanceBvh, MeshBvh, Still};
+use vastlight_accel::{BuildConfig, Scratch};
+use vastlight_math::Aabb;
+use vastlight_scene::{Change, Pose, Scene, SceneError};
+
+/// Why a scene cannot be posed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PoseError {
+    /// The pose does not fit the scene, and nothing was changed.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A structure could not be built.
+    #[error(transparent)]
+    Trace(#[from] TraceError),
+}
+
+/// What following a pose took.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PoseReport {
+    /// From the pose to rays, in milliseconds.
+    pub ms: f64,
+    /// Of these, putting vertices and places into the scene.
+    pub scene_ms: f64,
+    /// Of these, the structures of meshes.
+    pub meshes_ms: f64,
+    /// Of these, what is above the meshes.
+    pub top_ms: f64,
+    /// What changed.
+    pub change: Change,
+}
+
+/// The instances that move, and what stands still beside them.
+#[derive(Debug)]
+pub(crate) struct Movers {
+    /// Ascending.
+    instances: Vec<u32>,
+    still: Still,
+}
+
+impl Tracer {
+    /// Poses the scene that this tracer was built for, and follows it.
+    ///
+    /// # Errors
+    /// The pose does not fit the scene, which is then as before; or a structure cannot be built.
+    pub fn pose(&mut self, scene: &mut Scene, pose: Pose) -> Result<PoseReport, PoseError> {
+        let start = Instant::now();
+        let named: Vec<u32> = scene.numbers_of(&pose);
+        self.places.let_go();
+        let posed = scene.pose(pose);
+        let change = match posed {
+            Ok(change) => change,
+            Err(error) => {
+                self.places.follow(scene, &[], &[]);
+                return Err(error.into());
+            }
+        };
+        let scene_ms = milliseconds(start.elapsed());
+        let mut report = PoseReport { scene_ms, ..PoseReport::default() };
+        if self.follows() {
+            report.meshes_ms = self.follow_meshes(scene, &change)?;
+            report.top_ms = self.follow_instances(scene, &change, named)?;
+        } else {
+            *self = Self::new(scene, &self.config)?;
+            report.top_ms = milliseconds(start.elapsed()) - scene_ms;
+        }
+        Ok(PoseReport { ms: milliseconds(start.elapsed()), change, ..report })
+    }
+
+    /// Whether the structures can be updated; others are built anew.
+    fn follows(&self) -> bool {
+        self.kd.is_none() && self.config.layout == Layout::Wide && self.config.top == TopLevel::Tree
+    }
+
+    /// Updates the structures of meshes with other vertices; says how long it took.
+    fn follow_meshes(&mut self, scene: &Scene, change: &Change) -> Result<f64, TraceError> {
+        let start = Instant::now();
+        let config = self.build_config();
+        for &mesh in &change.meshes {
+            if scene.instances().of_mesh(mesh).is_empty() {
+                continue;
+            }
+            let view = view(scene.meshes().get(mesh as usize));
+            let (bvh, _) = MeshBvh::build(self.report.accel, &view, &config, &mut Scratch::default())?;
+            self.meshes[mesh as usize] = MeshTree::Wide(bvh);
+        }
+        Ok(milliseconds(start.elapsed()))
+    }
+
+    /// Places what moved, and builds the tree over it; says how long it took. `named` are the instances that the pose names,
+    /// ascending.
+    fn follow_instances(
+        &mut self,
+        scene: &Scene,
+        change: &Change,
+        named: Vec<u32>,
+    ) -> Result<f64, TraceError> {
+        let start = Instant::now();
+        let spaces: Vec<(u32, MeshSpace)> =
+            change.meshes.iter().map(|&mesh| (mesh, self.meshes[mesh as usize].space())).collect();
+        self.places.follow(scene, &change.instances, &spaces);
+        let of_meshes = change.meshes.iter().flat_map(|&mesh| scene.instances().of_mesh(mesh));
+        let mut movers: Vec<u32> = named.into_iter().chain(of_meshes).collect();
+        movers.sort_unstable();
+        movers.dedup();
+        let config = self.build_config();
+        let (accel, places) = (self.report.accel, &self.places);
+        if self.movers.as_ref().is_none_or(|known| known.instances != movers) {
+            let rests = |i: u32| match movers.binary_search(&i) {
+                Ok(_) => Aabb::EMPTY,
+                Err(_) => places.bounds(i),
+            };
+            self.top = InstanceBvh::build(accel, places.len(), rests, |_| 1.0, &config)
+                .map_err(TraceError::Build)?;
+            let still = self.top.still(|i| places.bounds(i));
+            self.movers = Some(Movers { instances: movers, still });
+        }
+        if let Some(Movers { instances, still }) = &self.movers {
+            let movers = (accel, &instances[..]);
+            self.top
+                .put_beside(still, movers, |i| places.bounds(i), |_| 1.0, &config)
+                .map_err(TraceError::Build)?;
+        }
+        let deepest = self.meshes.iter().map(MeshTree::levels).max().unwrap_or(0);
+        self.stack_entries = stack_entries(self.top.levels + deepest);
+        if self.implicits.is_some() {
+            self.implicits = Implicits::new(scene);
+        }
+        Ok(milliseconds(start.elapsed()))
+    }
+
+    fn build_config(&self) -> BuildConfig {
+        let level = self.level();
+        let (split_budget, optimize) = (self.config.split_budget, self.config.optimize);
+        BuildConfig { level, split_budget, optimize, ..BuildConfig::default() }
+    }
+}

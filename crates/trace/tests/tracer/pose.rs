@@ -1,0 +1,107 @@
+//! Tracers that follow a scene through time against tracers that are built for each moment.
+
+use crate::common::shapes::{closed_surface, random_soup, soup};
+use crate::common::{ACCELS, Random, closest, occluded, rays_at, tracer_over};
+use std::sync::Arc;
+use vastlight_math::glam::Quat;
+use vastlight_math::{Affine3, Ray, Vec3};
+use vastlight_scene::{Instance, Mesh, MeshPose, Motion, Pose, Scene, SceneDesc, SceneError};
+use vastlight_simd::Level;
+use vastlight_trace::{Hit, Tracer, TracerConfig};
+
+/// A ball that pulsates and grows very large, a soup that stands still, walls, and instances that turn, vanish and come again.
+#[derive(Debug)]
+struct Mixed {
+    ball: Vec<Vec3>,
+}
+
+const BALL: u32 = 1;
+
+fn parts() -> [Mesh; 3] {
+    let still = random_soup(&mut Random(3), 200, 0.2, 1.0, Vec3::ZERO);
+    let wall = soup([[Vec3::new(-9.0, -9.0, -3.0), Vec3::new(9.0, -9.0, -3.0), Vec3::new(0.0, 9.0, -3.0)]]);
+    [still, closed_surface(9, 12, |_| 0.7), wall]
+}
+
+fn mixed() -> SceneDesc {
+    let meshes = parts().to_vec();
+    let place = |mesh, at: Vec3| Instance { world_from_object: Affine3::from_translation(at), mesh, name: 0 };
+    let instances =
+        [(2, Vec3::ZERO), (0, Vec3::X), (1, Vec3::Y), (0, Vec3::NEG_X), (1, Vec3::ZERO), (0, Vec3::Z)];
+    SceneDesc {
+        instances: instances.map(|(mesh, at)| place(mesh, at)).to_vec(),
+        motion: Some(Arc::new(Mixed { ball: meshes[BALL as usize].positions.clone() })),
+        meshes,
+        ..SceneDesc::default()
+    }
+}
+
+impl Motion for Mixed {
+    fn duration(&self) -> f32 {
+        10.0
+    }
+
+    fn pose(&self, time: f32) -> Result<Pose, SceneError> {
+        // From 8 on it is so large that its coordinates are scaled.
+        let size = if time >= 8.0 { 3e7 } else { 1.0 + 0.5 * (time * 0.7).sin() };
+        let positions = self.ball.iter().map(|p| *p * size * (1.0 + 0.3 * (time * p.x).cos())).collect();
+        let turned = Affine3::from_rotation_translation(Quat::from_rotation_z(time), Vec3::Y * time);
+        let seen = if time.fract() == 0.5 { 0.0 } else { 1.0 };
+        let scaled = Affine3::from_scale(Vec3::splat(seen));
+        Ok(Pose {
+            meshes: vec![MeshPose { mesh: BALL, positions, ..MeshPose::default() }],
+            instances: vec![(3, turned), (5, scaled)],
+            ..Pose::default()
+        })
+    }
+}
+
+fn rays(time: f32) -> Vec<Ray> {
+    let size = if time >= 8.0 { 4e7 } else { 3.0 };
+    let mut rays = rays_at(&mut Random(9), 1500, Vec3::ZERO, size);
+    rays.extend(rays_at(&mut Random(10), 500, Vec3::ZERO, 2.0));
+    rays
+}
+
+fn answers(tracer: &Tracer, time: f32) -> (Vec<Hit>, Vec<bool>) {
+    let rays = rays(time);
+    (closest(tracer, &rays), occluded(tracer, &rays))
+}
+
+fn fresh(time: f32) -> Tracer {
+    let scene = Scene::new(mixed().at(time).expect("a moment")).expect("valid");
+    Tracer::new(&scene, &TracerConfig::default()).expect("built")
+}
+
+#[test]
+fn a_tracer_that_follows_gives_the_hits_of_one_built_anew() {
+    for accel in ACCELS {
+        let mut scene = Scene::new(mixed()).expect("valid");
+        let mut tracer = tracer_over(accel, &scene, Level::detect());
+        let motion = Arc::clone(scene.motion().expect("it moves"));
+        for time in [0.25, 1.0, 1.5, 7.75, 8.0, 8.5, 3.25, 0.0] {
+            let pose = motion.pose(time).expect("a moment");
+            let report = tracer.pose(&mut scene, pose).expect("fits");
+            assert_eq!(report.change.meshes, [BALL]);
+            let expected = answers(&fresh(time), time);
+            assert_eq!(answers(&tracer, time), expected, "{accel} at {time}");
+            let hits = expected.0.iter().filter(|hit| hit.is_hit()).count();
+            assert!((50..2000).contains(&hits), "{hits} hits at {time}");
+        }
+        assert_ne!(answers(&tracer, 0.25), answers(&fresh(0.25), 0.25), "another moment has other hits");
+    }
+}
+
+#[test]
+fn a_pose_that_does_not_fit_leaves_scene_and_tracer_as_they_were() {
+    let mut scene = Scene::new(mixed()).expect("valid");
+    let mut tracer = tracer_over("", &scene, Level::detect());
+    let before = answers(&tracer, 0.0);
+    let wrong = Pose { instances: vec![(0, Affine3::IDENTITY), (6, Affine3::IDENTITY)], ..Pose::default() };
+    let error = tracer.pose(&mut scene, wrong).expect_err("does not fit");
+    assert!(error.to_string().contains("instance 6"), "{error}");
+    assert_eq!(answers(&tracer, 0.0), before);
+    let nothing = tracer.pose(&mut scene, Pose::default()).expect("fits");
+    assert_eq!(nothing.change, Default::default());
+    assert_eq!(answers(&tracer, 0.0), before);
+}
