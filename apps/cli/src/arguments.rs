@@ -173,6 +173,11 @@ impl SceneArguments {
         vastlight::is_store(&self.scene)
     }
 
+    /// The scene as it was named.
+    pub(crate) fn name(&self) -> &str {
+        &self.scene
+    }
+
     /// What to call the scene, without secrets of its address.
     pub(crate) fn shown(&self) -> std::borrow::Cow<'_, str> {
         vastlight::paging::shown(&self.scene)

@@ -112,6 +112,46 @@ pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
     if degrees > 0.0 && degrees < 179.0 { Ok(degrees) } else { Err("between 0 and 179 degrees".into()) }
 }
 
+/// Numbers of frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Frames {
+    first: i32,
+    last: i32,
+    step: u32,
+}
+
+impl Frames {
+    /// All of them, in order.
+    pub(crate) fn iter(self) -> impl ExactSizeIterator<Item = i32> {
+        let count = (i64::from(self.last) - i64::from(self.first)) / i64::from(self.step) + 1;
+        (0..count as usize).map(move |i| (i64::from(self.first) + i as i64 * i64::from(self.step)) as i32)
+    }
+}
+
+/// `7`, `1-100` or `1-100x2`.
+pub(crate) fn frames(text: &str) -> Result<Frames, String> {
+    /// More frames than any film has.
+    const MOST: i32 = 100_000_000;
+    let expected = || "write 7, 1-100 or 1-100x2".to_owned();
+    let number = |text: &str| {
+        let number: i32 = text.parse().map_err(|_| expected())?;
+        if (0..=MOST).contains(&number) { Ok(number) } else { Err(format!("frames are 0 to {MOST}")) }
+    };
+    let (range, step) = match text.split_once('x') {
+        Some((range, step)) => (range, number(step)? as u32),
+        None => (text, 1),
+    };
+    let (first, last) = match range.split_once('-') {
+        Some((first, last)) => (number(first)?, number(last)?),
+        None => (number(range)?, number(range)?),
+    };
+    match (first <= last, step > 0) {
+        (true, true) => Ok(Frames { first, last, step }),
+        (false, _) => Err("the last frame is before the first".into()),
+        (_, false) => Err("the step is at least 1".into()),
+    }
+}
+
 /// A finite number.
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     numbers::<1>(text, "a number").map(|[x]| x)

@@ -16,7 +16,7 @@ use std::arch::x86_64::{
 };
 
 /// Proof that the processor has AVX2, FMA, BMI1, BMI2, LZCNT and POPCNT. Only [`Avx2::detect`] makes one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Avx2(());
 
 impl Avx2 {

@@ -15,10 +15,10 @@ pub trait Kernel {
 }
 
 /// A set of instructions that this machine is known to have.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level(Kind);
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Portable,
     #[cfg(target_arch = "x86_64")]

@@ -26,7 +26,7 @@ use vastlight_scene::{Mesh, Scene};
 use vastlight_simd::Level;
 
 /// How a [`Tracer`] is built and runs. Nothing here changes a hit.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TracerConfig {
     /// Name of the builder; empty for the default.
     pub accel: String,

@@ -34,6 +34,7 @@ mod pack;
 mod paged;
 mod passes;
 mod render;
+mod session;
 mod stats;
 mod textures;
 
@@ -52,6 +53,7 @@ pub use overrides::Overrides;
 pub use pack::{PackControl, PackProgress, pack, pack_within};
 pub use paged::{PagingRequest, StoredMemory, stored_memory};
 pub use render::{Control, Progress, RenderRequest, Rendered, render};
+pub use session::Session;
 pub use stats::{CacheCounts, Ending, PagingStats, Residency, SceneCounts, Stats};
 
 pub use vastlight_accel as accel;

@@ -44,7 +44,23 @@ pub fn load(source: &str, options: &LoadOptions) -> Result<Scene, Error> {
     }
     let mut desc = describe(source, options)?;
     adapt(&mut desc, options)?;
-    Ok(Scene::new(desc)?)
+    posed(desc, source, options)
+}
+
+/// The scene of a description at the moment of the options. What a scene gets of its own, such as a camera, it gets at rest.
+pub(crate) fn posed(desc: SceneDesc, source: &str, options: &LoadOptions) -> Result<Scene, Error> {
+    let mut scene = Scene::new(desc)?;
+    match (options.time, scene.motion().cloned()) {
+        (Some(time), Some(motion)) => {
+            scene.pose(motion.pose(time)?)?;
+        }
+        // A demo is made for its moment.
+        (Some(_), None) if !source.starts_with("demo:") => {
+            return Err(Error::scene("nothing moves in this scene", source, "leave the time out"));
+        }
+        _ => {}
+    }
+    Ok(scene)
 }
 
 /// A scene mesh by mesh: a file, or `demo:NAME`.
@@ -54,7 +70,7 @@ pub fn load(source: &str, options: &LoadOptions) -> Result<Scene, Error> {
 pub fn stream(source: &str, options: &LoadOptions) -> Result<SceneStream, Error> {
     let mut stream = match source.strip_prefix("demo:") {
         Some(name) => generate::stream(name, &options.generate)?,
-        None => describe(source, options)?.into(),
+        None => at_moment(describe(source, options)?, options.time)?.into(),
     };
     adapt(&mut stream.desc, options)?;
     Ok(stream)
@@ -226,7 +242,7 @@ pub(crate) fn adapt(desc: &mut SceneDesc, options: &LoadOptions) -> Result<(), E
     Ok(())
 }
 
-/// The description of a scene as its file or generator gives it, unchecked and unchanged.
+/// The description of a scene as its file or generator gives it, unchecked and unchanged; that of a file at rest.
 ///
 /// # Errors
 /// If the file cannot be read or is wrong, or the demo is unknown.
@@ -236,7 +252,7 @@ pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error>
     }
     refuse_remote(source)?;
     if !is_manifest(source) {
-        return at_moment(vastlight_import::load(Path::new(source), &options.import)?, options.time);
+        return Ok(vastlight_import::load(Path::new(source), &options.import)?);
     }
     let Streamed { stream, large, .. } = streamed(&placed(&[source.to_owned()])?, options)?;
     let mut desc = stream.collect()?;

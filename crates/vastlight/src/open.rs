@@ -1,6 +1,6 @@
 //! Scenes as they are opened: in memory, or as a store whose pages come when they are needed.
 
-use crate::load::{LoadOptions, adapt, describe};
+use crate::load::{LoadOptions, adapt, describe, posed};
 use crate::{Error, ErrorClass};
 use std::path::Path;
 use std::sync::Arc;
@@ -48,7 +48,7 @@ pub fn open(source: &str, options: &LoadOptions) -> Result<OpenScene, Error> {
     }
     let mut desc = describe(source, options)?;
     adapt(&mut desc, options)?;
-    Ok(Scene::new(desc)?.into())
+    Ok(posed(desc, source, options)?.into())
 }
 
 /// Where the bytes of a store are.

@@ -4,6 +4,7 @@ use crate::device::{Device, DeviceRequest, Tiles, Worker, structures};
 use crate::ids::Ids;
 use crate::paged::PagingRequest;
 use crate::passes::PassSchedule;
+use crate::session::{Kept, kept_tracer};
 use crate::stats::{Ending, PagingStats, Residency, SceneCounts, Stats};
 use crate::{Error, ErrorClass, OpenScene, paged, peak_rss_bytes};
 use rayon::prelude::*;
@@ -126,7 +127,17 @@ impl Rendered {
 /// If the device cannot be used and the request has no other, the acceleration structure cannot be built, a scene in a
 /// store does not fit into the memory of the request, or a page cannot be had.
 pub fn render(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
-    let fallback = match on_graphics_processor(open, request, control) {
+    render_keeping(open, request, control, &mut Kept::default())
+}
+
+/// [`render`] with what earlier pictures of the scene left.
+pub(crate) fn render_keeping(
+    open: &OpenScene,
+    request: &RenderRequest,
+    control: &Control<'_>,
+    kept: &mut Kept,
+) -> Result<Rendered, Error> {
+    let fallback = match on_graphics_processor(open, request, control, kept) {
         Ok(Some(rendered)) => return Ok(rendered),
         Ok(None) => None,
         Err(error) if error.class == ErrorClass::Device && request.device.falls_back() => {
@@ -134,9 +145,12 @@ pub fn render(open: &OpenScene, request: &RenderRequest, control: &Control<'_>) 
         }
         Err(error) => return Err(error),
     };
+    let tracer = &mut kept.tracer;
     let mut rendered = match &open.stored {
-        None => render_with(open, request, control, None),
-        Some(_) => paged::pool(&request.paging)?.install(|| render_with(open, request, control, None)),
+        None => render_with(open, request, control, tracer, None),
+        Some(_) => {
+            paged::pool(&request.paging)?.install(|| render_with(open, request, control, tracer, None))
+        }
     }?;
     rendered.stats.fallback = fallback;
     Ok(rendered)
@@ -147,29 +161,39 @@ fn on_graphics_processor(
     open: &OpenScene,
     request: &RenderRequest,
     control: &Control<'_>,
+    kept: &mut Kept,
 ) -> Result<Option<Rendered>, Error> {
     if open.scene.implicit_mesh().is_some() {
         return request.device.refuse("implicit surfaces are rendered by the CPU alone").map(|()| None);
     }
-    let Some(mut executor) = request.device.open()? else { return Ok(None) };
+    if kept.executor.is_none() {
+        kept.executor = request.device.open()?;
+    }
+    let Kept { tracer, executor: Some(executor) } = kept else { return Ok(None) };
     let request = RenderRequest { tracer: structures(request), ..request.clone() };
-    render_with(open, &request, control, Some(&mut executor)).map(Some)
+    let rendered = render_with(open, &request, control, tracer, Some(executor));
+    if rendered.is_err() {
+        // A device that failed once is not trusted again.
+        kept.executor = None;
+    }
+    rendered.map(Some)
 }
 
 fn render_with(
     open: &OpenScene,
     request: &RenderRequest,
     control: &Control<'_>,
+    kept: &mut Option<(TracerConfig, Tracer)>,
     executor: Option<&mut Executor>,
 ) -> Result<Rendered, Error> {
     let start = Instant::now();
     let scene = &open.scene;
-    let tracer = tracer_of(open, request)?;
+    let tracer = kept_tracer(kept, open, request)?;
     let build_ms = millis(start.elapsed());
     let prepare_start = Instant::now();
     let materials = open.materials();
     let lights = Lights::new(scene, &materials);
-    let renderer = Renderer::new(scene, &tracer, &materials, &lights, request.settings.clone());
+    let renderer = Renderer::new(scene, tracer, &materials, &lights, request.settings.clone());
     let caches = open
         .stored
         .as_ref()

@@ -27,7 +27,7 @@ pub(crate) struct Diff {
 }
 
 pub(crate) fn run(arguments: &Diff) -> Result<Exit, Error> {
-    let output = arguments.output.as_deref().map(PictureFile::new).transpose()?;
+    let output = arguments.output.as_deref().map(|path| PictureFile::new(path, false)).transpose()?;
     let a = film::read_picture(&arguments.a)?;
     let b = film::read_picture(&arguments.b)?;
     let figures = film::compare(&a, &b)?;

@@ -6,8 +6,6 @@ use vastlight::Error;
 /// Flags that keep their names for later.
 #[derive(Args, Debug)]
 pub(crate) struct Later {
-    #[arg(short, long, hide = true, value_name = "A-B")]
-    frames: Option<String>,
     #[arg(long, hide = true)]
     noise: Option<String>,
     #[arg(long, hide = true)]
@@ -22,7 +20,6 @@ impl Later {
     /// Refuses what is not available yet.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let given = [
-            ("--frames", self.frames.is_some()),
             ("--noise", self.noise.is_some()),
             ("--checkpoint", self.checkpoint.is_some()),
             ("--resume", self.resume),

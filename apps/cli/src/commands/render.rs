@@ -5,7 +5,7 @@ use crate::exit::Exit;
 use crate::findings;
 use crate::output::{self, PictureFile};
 use crate::progress::{ProgressKind, Reporter};
-use crate::values::{self, Resolution};
+use crate::values::{self, Frames, Resolution};
 use crate::{commands::later::Later, interrupt};
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -20,7 +20,8 @@ use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
     CameraChoice, Control, Denoising, Device, Ending, Error, ErrorClass, MemoryEstimate, OpenScene,
-    PackControl, PackProgress, RenderRequest, Rendered, Stats, cached_store, check_fits, human_bytes,
+    PackControl, PackProgress, RenderRequest, Rendered, Session, Stats, cached_store, check_fits,
+    human_bytes,
 };
 
 /// The arguments of `render`.
@@ -32,6 +33,13 @@ pub(crate) struct Render {
     picture: PictureArguments,
     #[command(flatten)]
     output: OutputArguments,
+    /// Frames of a scene that moves: 7, 1-100 or 1-100x2; frame F is the moment F / fps. The output's name has #### for the
+    /// number
+    #[arg(short, long, value_name = "A-BxS", value_parser = values::frames, conflicts_with = "time")]
+    frames: Option<Frames>,
+    /// Frames a second
+    #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = values::positive)]
+    fps: f32,
     /// Where scenes that do not fit into the memory budget are packed, once, and rendered from
     #[arg(long, value_name = "DIR")]
     cache_dir: Option<PathBuf>,
@@ -124,7 +132,7 @@ struct OutputArguments {
     /// Progress on stderr
     #[arg(long, value_name = "KIND", default_value = "auto")]
     progress: ProgressKind,
-    /// Write what it cost as JSON
+    /// Write what it cost as JSON; of several frames each where the name has ####, else the last
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
     /// Samples that are not finite are an error (exit code 7); the picture is written all the same
@@ -265,8 +273,8 @@ impl OutputArguments {
     }
 
     /// Everything about the output that can be found out before the work.
-    fn check(&self) -> Result<(PictureFile, PngOptions), Error> {
-        let file = PictureFile::new(&self.output)?;
+    fn check(&self, is_sequence: bool) -> Result<(PictureFile, PngOptions), Error> {
+        let file = PictureFile::new(&self.output, is_sequence)?;
         file.check_aovs(&self.aov)?;
         if let Some(path) = &self.stats {
             vastlight::film::check_writable(path)?;
@@ -282,42 +290,102 @@ impl OutputArguments {
 
 pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result<Exit, Error> {
     arguments.later.check()?;
-    let (file, png) = arguments.output.check()?;
+    let (file, png) = arguments.output.check(arguments.frames.is_some())?;
     let denoising = arguments.output.denoising()?;
     let reporter = Reporter::new(arguments.output.progress, common.quiet);
     let cancel = interrupt::flag()?;
 
     let open = arguments.open(common, cancel, &reporter, start)?;
-    let scene = &open.scene;
-    let load_ms = millis(start.elapsed());
-    show_findings(scene, common, &reporter);
+    show_findings(&open.scene, common, &reporter);
     warn_of_changes(&open, common, &reporter);
-    let aovs = denoising.as_ref().map_or_else(|| arguments.output.aov.clone(), Denoising::rendered_aovs);
-    let mut request = arguments.picture.request(scene, aovs)?;
-    request.paging.memory = common.memory;
-    request.device = common.device_request();
-    request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
-    check_request(&open, &request, common)?;
-    if let Some(denoising) = &denoising {
-        denoising.check_memory(request.settings.region().pixels(), common.memory)?;
-    }
+    let load_ms = millis(start.elapsed());
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.shown()));
+    let options = arguments.scene.options(common)?;
+    let mut session = Session::new(open, arguments.scene.name(), &options);
+    let job = Job { arguments, common, png, denoising, reporter, cancel };
+    match arguments.frames {
+        None => job.picture(&mut session, (&file, None), start, load_ms),
+        Some(frames) => job.frames(&mut session, &file, frames, start),
+    }
+}
 
-    let control = Control { cancel, progress: &|p| reporter.update(p) };
-    let rendered = vastlight::render(&open, &request, &control)?;
-    reporter.finish();
-    common.say(|| details(&rendered.stats));
-    if rendered.film.samples() == 0 {
-        eprintln!("interrupted before the first sample, {} is not written", file.name());
-        return Ok(Exit::Interrupted);
+/// How pictures are made and where they go.
+struct Job<'a> {
+    arguments: &'a Render,
+    common: &'a Common,
+    png: PngOptions,
+    denoising: Option<Denoising>,
+    reporter: Reporter,
+    cancel: &'a AtomicBool,
+}
+
+impl Job<'_> {
+    /// Renders frame after frame. One that is interrupted is not written, so that what is there is whole.
+    fn frames(
+        &self,
+        session: &mut Session,
+        file: &PictureFile,
+        frames: Frames,
+        start: Instant,
+    ) -> Result<Exit, Error> {
+        let mut start = start;
+        for frame in frames.iter() {
+            session.pose((f64::from(frame) / f64::from(self.arguments.fps)) as f32)?;
+            let load_ms = millis(start.elapsed());
+            let exit = self.picture(session, (file, Some(frame)), start, load_ms)?;
+            if exit != Exit::Done {
+                return Ok(exit);
+            }
+            start = Instant::now();
+        }
+        Ok(Exit::Done)
     }
-    let finished = Finished::new(&rendered, denoising.as_ref());
-    file.write(&finished.picture, &png)?;
-    if let Some(path) = &arguments.output.stats {
-        output::write_text(path, &stats_json(&rendered, &finished, load_ms, start))?;
+
+    /// Renders the scene as it is, into a file or that of a frame. Work on the picture began at `start`.
+    fn picture(
+        &self,
+        session: &mut Session,
+        (file, frame): (&PictureFile, Option<i32>),
+        start: Instant,
+        load_ms: f64,
+    ) -> Result<Exit, Error> {
+        let Self { arguments, common, png, denoising, reporter, cancel } = self;
+        let of_frame = frame.map(|frame| file.of_frame(frame));
+        let file = of_frame.as_ref().unwrap_or(file);
+        let request = self.request(session.open(), start)?;
+        let control = Control { cancel, progress: &|p| reporter.update(p) };
+        let rendered = session.render(&request, &control)?;
+        reporter.finish();
+        common.say(|| details(&rendered.stats));
+        let is_interrupted = rendered.stats.ending == Ending::Interrupted;
+        if rendered.film.samples() == 0 || is_interrupted && frame.is_some() {
+            let when = if rendered.film.samples() == 0 { " before the first sample" } else { "" };
+            eprintln!("interrupted{when}, {} is not written", file.name());
+            return Ok(Exit::Interrupted);
+        }
+        let finished = Finished::new(&rendered, denoising.as_ref());
+        file.write(&finished.picture, png)?;
+        if let Some(path) = &arguments.output.stats {
+            output::write_text(path, &stats_json(&rendered, &finished, load_ms, start))?;
+        }
+        finished.denoised.map_err(|e| Error { hint: "the picture is written with its noise".into(), ..e })?;
+        conclude(arguments, common, reporter, file, &rendered, start)
     }
-    finished.denoised.map_err(|e| Error { hint: "the picture is written with its noise".into(), ..e })?;
-    conclude(arguments, common, &reporter, &file, &rendered, start)
+
+    /// What is rendered of the scene as it is, if it fits into the memory budget.
+    fn request(&self, open: &OpenScene, start: Instant) -> Result<RenderRequest, Error> {
+        let Self { arguments, common, denoising, .. } = self;
+        let aovs = denoising.as_ref().map_or_else(|| arguments.output.aov.clone(), Denoising::rendered_aovs);
+        let mut request = arguments.picture.request(&open.scene, aovs)?;
+        request.paging.memory = common.memory;
+        request.device = common.device_request();
+        request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
+        check_request(open, &request, common)?;
+        if let Some(denoising) = denoising {
+            denoising.check_memory(request.settings.region().pixels(), common.memory)?;
+        }
+        Ok(request)
+    }
 }
 
 /// The picture as it is written.

@@ -1,0 +1,106 @@
+//! An open scene with what pictures of it share: structures for rays, and a graphics processor. Frames of a scene that moves
+//! update them.
+
+use crate::render::{render_keeping, tracer_of};
+use crate::{Control, Error, ErrorClass, LoadOptions, OpenScene, RenderRequest, Rendered, open};
+use vastlight_gpu::Executor;
+use vastlight_scene::{Scene, generate};
+use vastlight_trace::{PoseError, PoseReport, Tracer, TracerConfig};
+
+/// What one picture leaves for the next of the same scene.
+#[derive(Debug, Default)]
+pub(crate) struct Kept {
+    /// The structures, and how they were asked for.
+    pub(crate) tracer: Option<(TracerConfig, Tracer)>,
+    pub(crate) executor: Option<Executor>,
+}
+
+/// The structures of a request: those that are there, or new ones.
+pub(crate) fn kept_tracer<'k>(
+    kept: &'k mut Option<(TracerConfig, Tracer)>,
+    open: &OpenScene,
+    request: &RenderRequest,
+) -> Result<&'k Tracer, Error> {
+    if kept.as_ref().is_none_or(|(config, _)| *config != request.tracer) {
+        *kept = Some((request.tracer.clone(), tracer_of(open, request)?));
+    }
+    match kept {
+        Some((_, tracer)) => Ok(tracer),
+        None => Err(Error::scene("there are no structures", "", "")),
+    }
+}
+
+/// A scene of which several pictures are made.
+#[derive(Debug)]
+pub struct Session {
+    open: OpenScene,
+    kept: Kept,
+    /// Where the scene comes from, if moments of it are made by opening it again.
+    reopened: Option<(String, LoadOptions)>,
+}
+
+impl Session {
+    /// A session of the scene that was opened from `source` with `options`.
+    #[must_use]
+    pub fn new(open: OpenScene, source: &str, options: &LoadOptions) -> Self {
+        let is_function = open.scene.motion().is_none()
+            && source.strip_prefix("demo:").is_some_and(generate::moves)
+            && open.stored.is_none();
+        let reopened = is_function.then(|| (source.to_owned(), options.clone()));
+        Self { open, kept: Kept::default(), reopened }
+    }
+
+    /// The scene at the moment of the last pose.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.open.scene
+    }
+
+    /// The same, and where its meshes are.
+    #[must_use]
+    pub fn open(&self) -> &OpenScene {
+        &self.open
+    }
+
+    /// Brings the scene to a moment, in seconds. The pictures are those of a scene that is opened at that moment.
+    ///
+    /// # Errors
+    /// Nothing moves, the moment cannot be had, or does not fit the scene.
+    pub fn pose(&mut self, time: f32) -> Result<PoseReport, Error> {
+        if let Some((source, options)) = &mut self.reopened {
+            (options.generate.time, options.time) = (time, Some(time));
+            self.open = open(source, options)?;
+            self.kept.tracer = None;
+            return Ok(PoseReport::default());
+        }
+        let Some(motion) = self.open.scene.motion().cloned() else {
+            let hint = "files with animations, sequences of files and some demos do";
+            return Err(Error::scene("nothing moves in this scene", "", hint));
+        };
+        let pose = motion.pose(time)?;
+        match &mut self.kept.tracer {
+            Some((_, tracer)) => Ok(tracer.pose(&mut self.open.scene, pose)?),
+            None => {
+                let change = self.open.scene.pose(pose)?;
+                Ok(PoseReport { change, ..PoseReport::default() })
+            }
+        }
+    }
+
+    /// Renders the scene as it is: see [`render`](crate::render()).
+    ///
+    /// # Errors
+    /// Those of [`render`](crate::render()).
+    pub fn render(&mut self, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
+        render_keeping(&self.open, request, control, &mut self.kept)
+    }
+}
+
+impl From<PoseError> for Error {
+    fn from(error: PoseError) -> Self {
+        match error {
+            PoseError::Scene(error) => error.into(),
+            PoseError::Trace(error) => Self::new(ErrorClass::Usage, error.to_string(), "--accel", ""),
+        }
+    }
+}
