@@ -24,6 +24,7 @@ mod reference;
 pub mod sort;
 mod tree;
 pub mod triangle;
+pub mod update;
 mod upward;
 mod validate;
 pub mod wide;

@@ -22,11 +22,11 @@ const SERIAL: u32 = 1 << 14;
 
 /// The shape of a wide tree: which binary nodes become slots, and which become leaves.
 #[derive(Debug, Default)]
-pub(super) struct Plan {
+pub(crate) struct Plan {
     /// For each wide node, for each slot: the binary node and what it becomes.
-    pub(super) nodes: Vec<[(u32, ChildRef); 8]>,
+    pub(crate) nodes: Vec<[(u32, ChildRef); 8]>,
     /// For each leaf, the binary node whose primitives it holds.
-    pub(super) leaves: Vec<u32>,
+    pub(crate) leaves: Vec<u32>,
     /// What the root becomes.
     pub(super) root: Option<ChildRef>,
     /// Wide nodes on the longest way from the root to a leaf.
@@ -145,7 +145,7 @@ fn best_shares(l: &[f32; 7], r: &[f32; 7]) -> ([f32; 8], [u32; 8]) {
 
 /// Plans the wide tree. Leaves of the binary tree become leaves of the wide one, and every other node with at most
 /// `max_leaf` primitives may.
-pub(super) fn plan(tree: &[Node], max_leaf: u32, level: Level) -> Plan {
+pub(crate) fn plan(tree: &[Node], max_leaf: u32, level: Level) -> Plan {
     let Some(root) = tree.first() else { return Plan::default() };
     let mut ways = Pages::zeroed(tree.len());
     upward(&Cheapest { max_leaf }, tree, &mut ways, level);

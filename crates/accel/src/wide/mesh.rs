@@ -292,18 +292,35 @@ impl Kernel for Fill<'_> {
     }
 }
 
+/// The binary tree over a mesh, none of whose triangles is cut, and which of its nodes become leaves of a wide one.
+pub(crate) fn whole_tree(
+    name: &str,
+    mesh: &MeshView<'_>,
+    config: &BuildConfig,
+    scratch: &mut Scratch,
+) -> Result<(BinaryTree, Vec<u32>, Clock), BuildError> {
+    let mut clock = Clock::start();
+    let config = BuildConfig { split_budget: Some(1.0), ..*config };
+    let scaled = Scaled { mesh, scale: mesh.scale(&mesh.bounds()) };
+    let tree = scaled.tree_over_references(name, &config, scratch, &mut clock)?;
+    clock.lap("tree");
+    let leaves = plan(&tree.nodes, config.max_leaf, config.level).leaves;
+    clock.lap("plan");
+    Ok((tree, leaves, clock))
+}
+
 /// Measures stages.
-pub(super) struct Clock {
+pub(crate) struct Clock {
     last: Instant,
-    stages: Vec<(&'static str, Duration)>,
+    pub(crate) stages: Vec<(&'static str, Duration)>,
 }
 
 impl Clock {
-    fn start() -> Self {
+    pub(crate) fn start() -> Self {
         Self { last: Instant::now(), stages: Vec::new() }
     }
 
-    pub(super) fn lap(&mut self, name: &'static str) {
+    pub(crate) fn lap(&mut self, name: &'static str) {
         let now = Instant::now();
         self.stages.push((name, now - self.last));
         self.last = now;

@@ -14,8 +14,8 @@ pub enum Boxes {
     Rounded,
 }
 
-/// Checks that `nodes` below `root` are a tree of which every node is reached once, and that every slot's box contains
-/// the boxes below. `leaf` gives the numbers and boxes of a leaf's primitives, or none if there is no such leaf; where
+/// Checks that `nodes` below `root` are a tree of which every node is reached once, but for free ones, which are empty; and
+/// that every slot's box contains the boxes below. `leaf` gives the numbers and boxes of a leaf's primitives, or none if there is no such leaf; where
 /// several leaves name a primitive, `covered` is asked whether their boxes together contain it.
 ///
 /// # Errors
@@ -59,7 +59,8 @@ pub fn validate_nodes(
             whole[prim as usize] = own;
         }
     }
-    if report.nodes != nodes.len() {
+    let free = nodes.iter().filter(|node| **node == Node8::EMPTY).count();
+    if report.nodes + free != nodes.len() {
         return Err(Violation::Shape { node: report.nodes, what: "is not reached" });
     }
     found.check(|prim| whole[prim as usize], covered)?;

@@ -1,0 +1,146 @@
+//! First stage of the clustered update (chapter 2.2 of the thesis): new boxes from the bottom up, and which nodes to change.
+//!
+//! A node's children *migrate* where its split has become cheaper than it was made: they moved apart. A node has *exploded*
+//! where it has become dearer and its children overlap. Beyond the thesis, a leaf has *burst* where its box has grown far
+//! more than those of its triangles: blocks of triangles are the smallest things that move.
+
+use super::UpdateConfig;
+use super::leaves::LeafBox;
+use super::tree::{DynamicTree, NONE};
+use vastlight_math::Aabb;
+
+/// What there is to do; each list in the order of a walk that comes to children before their parents.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// Nodes whose children migrate, and leaves that burst.
+    pub(super) migrating: Vec<u32>,
+    /// Nodes to rebuild.
+    pub(super) exploded: Vec<Exploded>,
+    /// Nodes whose area shrinks if a child and a grandchild change places.
+    pub(super) rotating: Vec<u32>,
+    /// Nodes on the longest way down.
+    pub(super) depth: u32,
+}
+
+/// A node to rebuild.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Exploded {
+    pub(super) node: u32,
+    bounds: Aabb,
+    /// The box that its children share.
+    shared: Aabb,
+    /// Where the entries below the node start in the list.
+    first: u32,
+}
+
+/// What adapting looks for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sought {
+    pub(super) migrating: bool,
+    pub(super) exploded: bool,
+    pub(super) bursts: bool,
+    pub(super) rotating: bool,
+}
+
+/// Gives every node the box of what is below, and tells what to do.
+pub(super) fn adapt(
+    tree: &DynamicTree,
+    leaves: &[LeafBox],
+    config: &UpdateConfig,
+    sought: Sought,
+) -> Found {
+    let mut found = Found::default();
+    if tree.root != NONE {
+        let adapter = Adapter { tree, leaves, config, sought };
+        found.depth = adapter.below(tree.root, &mut found).depth;
+    }
+    found
+}
+
+/// A node's figures, for its parent.
+struct Below {
+    bounds: Aabb,
+    area: f32,
+    count: u32,
+    depth: u32,
+}
+
+struct Adapter<'a> {
+    tree: &'a DynamicTree,
+    leaves: &'a [LeafBox],
+    config: &'a UpdateConfig,
+    sought: Sought,
+}
+
+impl Adapter<'_> {
+    fn below(&self, node: u32, found: &mut Found) -> Below {
+        let link = self.tree.link(node);
+        if link.children[0] == NONE {
+            let leaf = &self.leaves[link.children[1] as usize];
+            self.tree.set_bounds(node, &leaf.bounds);
+            let spread = leaf.spread();
+            if self.sought.bursts && link.count > 1 && spread > link.saved * (1.0 + self.config.burst) {
+                found.migrating.push(node);
+            }
+            return Below { bounds: leaf.bounds, area: leaf.bounds.half_area(), count: link.count, depth: 1 };
+        }
+        let first = found.exploded.len() as u32;
+        let [left, right] = self.children(link.children, link.count, found);
+        let bounds = left.bounds.union(right.bounds);
+        self.tree.set_bounds(node, &bounds);
+        let area = bounds.half_area();
+        let cost = super::tree::split_cost(area, [(left.area, left.count), (right.area, right.count)]);
+        if self.sought.migrating && cost < link.saved * (1.0 - self.config.d_m) {
+            found.migrating.push(node);
+        } else if self.sought.exploded && cost > link.saved * (1.0 + self.config.d_e) {
+            let shared = left.bounds.intersection(right.bounds);
+            let least = left.area.min(right.area);
+            if !shared.is_empty() && shared.half_area() > self.config.max_overlap * least {
+                found.exploded.push(Exploded { node, bounds, shared, first });
+            }
+        }
+        if self.sought.rotating && super::rotate::best(self.tree, node).is_some() {
+            found.rotating.push(node);
+        }
+        let count = left.count + right.count;
+        Below { bounds, area, count, depth: 1 + left.depth.max(right.depth) }
+    }
+
+    /// The figures of two nodes with `count` triangles together.
+    fn children(&self, [a, b]: [u32; 2], count: u32, found: &mut Found) -> [Below; 2] {
+        if count <= super::tree::SERIAL {
+            return [self.below(a, found), self.below(b, found)];
+        }
+        let mut of_right = Found::default();
+        let (left, right) = rayon::join(|| self.below(a, found), || self.below(b, &mut of_right));
+        found.append(of_right);
+        [left, right]
+    }
+}
+
+impl Found {
+    fn append(&mut self, other: Self) {
+        let exploded = self.exploded.len() as u32;
+        self.migrating.extend(other.migrating);
+        self.rotating.extend(other.rotating);
+        let moved = other.exploded.into_iter().map(|e| Exploded { first: e.first + exploded, ..e });
+        self.exploded.extend(moved);
+    }
+
+    /// The exploded nodes that are locked, by their places in the list: a node stays so unless it meets the box that the children
+    /// of an exploded node above it share.
+    pub(super) fn locked(&self) -> Vec<bool> {
+        let mut locked = vec![true; self.exploded.len()];
+        for (place, above) in self.exploded.iter().enumerate() {
+            for below in above.first as usize..place {
+                locked[below] &= self.exploded[below].bounds.intersection(above.shared).is_empty();
+            }
+        }
+        locked
+    }
+
+    /// The boxes that children share at an exploded node and at those below it.
+    pub(super) fn shared_below(&self, place: usize) -> impl Iterator<Item = Aabb> {
+        self.exploded[self.exploded[place].first as usize..=place].iter().map(|e| e.shared)
+    }
+}

@@ -1,0 +1,139 @@
+//! Second stage of the clustered update (chapter 2.3 of the thesis): exploded subtrees are built afresh, each over the boxes of
+//! its leaves and of the locked nodes below it.
+//!
+//! A subtree has as many inner nodes after as before, so new ones take the places of the old.
+//!
+//! Beyond the thesis, a node that meets none of the boxes that children of exploded nodes share is one primitive too, whether
+//! it exploded or not ([`super::Region::Overlap`]); and leaves that fit together into a block are joined.
+
+use super::adapt::Found;
+use super::leaves::Leaves;
+use super::tree::{DynamicTree, Mark, NONE};
+use super::{Region, UpdateConfig};
+use crate::build::build;
+use crate::wide::Block8;
+use crate::{BinaryTree, BuildConfig, Reference, Scratch};
+use rayon::prelude::*;
+use vastlight_math::Aabb;
+
+/// A subtree to build afresh.
+#[derive(Debug, Default)]
+struct Subtree {
+    /// The nodes that are its inner ones, its root first.
+    inner: Vec<u32>,
+    /// What it is built over: leaves and nodes that stay as they are.
+    prims: Vec<u32>,
+}
+
+/// Rebuilds the locked subtrees among the exploded ones; gives the nodes that this made.
+pub(super) fn rebuild(
+    tree: &mut DynamicTree,
+    leaves: &mut Leaves,
+    blocks: &mut [Block8],
+    found: &Found,
+    config: &UpdateConfig,
+) -> Vec<u32> {
+    let locked = found.locked();
+    let places: Vec<usize> = (0..locked.len()).filter(|&place| locked[place]).collect();
+    places.iter().for_each(|&place| tree.link_mut(found.exploded[place].node).mark = Mark::Locked);
+    let new = |&place: &usize| {
+        let shared = match config.region {
+            Region::Leaves => Vec::new(),
+            Region::Overlap => found.shared_below(place).collect(),
+        };
+        let subtree = collect(tree, found.exploded[place].node, shared);
+        let built = over(tree, &subtree.prims, leaves.config());
+        (subtree, built)
+    };
+    let new: Vec<_> = places.par_iter().with_max_len(1).map(new).collect();
+    let mut made = Vec::new();
+    // Lower ones come first, so that boxes and counts above are right.
+    for (subtree, built) in new {
+        tree.link_mut(subtree.inner[0]).mark = Mark::Plain;
+        put(tree, &subtree, &built);
+        merge(tree, leaves, blocks, &subtree.inner);
+        made.extend(subtree.inner);
+    }
+    made
+}
+
+/// Builds a subtree of any shape afresh over all its leaves.
+pub(super) fn rebuild_all(tree: &mut DynamicTree, leaves: &mut Leaves, blocks: &mut [Block8], root: u32) {
+    if root != NONE && !tree.is_leaf(root) {
+        let subtree = collect(tree, root, Vec::new());
+        let built = over(tree, &subtree.prims, leaves.config());
+        put(tree, &subtree, &built);
+        merge(tree, leaves, blocks, &subtree.inner);
+    }
+}
+
+/// The nodes from `root` down to leaves and locked nodes, and where `shared` has boxes to those that meet none of them.
+fn collect(tree: &DynamicTree, root: u32, mut shared: Vec<Aabb>) -> Subtree {
+    let mut subtree = Subtree { inner: vec![root], prims: Vec::new() };
+    let by_overlap = !shared.is_empty();
+    let all = shared.len();
+    // Each with the run of boxes that its parent meets; runs of nodes that wait stand below those of later ones.
+    let mut waiting: Vec<(u32, usize, usize)> = tree.link(root).children.map(|child| (child, 0, all)).into();
+    while let Some((node, first, end)) = waiting.pop() {
+        let stays = tree.is_leaf(node) || tree.link(node).mark == Mark::Locked;
+        shared.truncate(end);
+        if by_overlap && !stays {
+            let own = tree.bounds(node);
+            for place in first..end {
+                let meets = !shared[place].intersection(own).is_empty();
+                if meets {
+                    shared.push(shared[place]);
+                }
+            }
+        }
+        if stays || by_overlap && shared.len() == end {
+            subtree.prims.push(node);
+            continue;
+        }
+        subtree.inner.push(node);
+        let run = (end, shared.len());
+        waiting.extend(tree.link(node).children.map(|child| (child, run.0, run.1)));
+    }
+    subtree.inner[1..].sort_unstable();
+    subtree
+}
+
+/// The tree over the boxes of `prims`, one in each leaf.
+fn over(tree: &DynamicTree, prims: &[u32], config: &BuildConfig) -> BinaryTree {
+    let most = config.max_leaf.max(1);
+    let reference = |(&prim, number): (&u32, u32)| {
+        let plain = Reference::new(&tree.bounds(prim), number);
+        Reference::to_cluster(*plain.lanes(), number, tree.link(prim).count.div_ceil(most).max(1))
+    };
+    let mut references: Vec<Reference> = prims.iter().zip(0..).map(reference).collect();
+    let config = BuildConfig { max_leaf: 1, optimize: 0, split_budget: Some(1.0), ..*config };
+    build("", &mut references, None, &config, &mut Scratch::default()).unwrap_or_default()
+}
+
+/// Gives the nodes of a subtree the shape of `built`.
+fn put(tree: &mut DynamicTree, subtree: &Subtree, built: &BinaryTree) {
+    let mut free = subtree.inner.iter();
+    let mut place = |node: &crate::Node| {
+        let prim = || subtree.prims[built.prims[node.first as usize] as usize];
+        if node.is_leaf() { prim() } else { free.next().copied().unwrap_or(NONE) }
+    };
+    let own: Vec<u32> = built.nodes.iter().map(&mut place).collect();
+    subtree.inner[1..].iter().for_each(|&node| tree.release_wide(node));
+    for (node, &own_place) in built.nodes.iter().zip(&own).rev().filter(|(node, _)| !node.is_leaf()) {
+        let left = node.left as usize;
+        tree.set_children(own_place, [own[left], own[left + 1]]);
+    }
+}
+
+/// Joins leaves that are siblings below `inner`, and fit into one block.
+fn merge(tree: &mut DynamicTree, leaves: &mut Leaves, blocks: &mut [Block8], inner: &[u32]) {
+    for &node in inner.iter().rev() {
+        if tree.is_leaf(node) || tree.link(node).mark == Mark::Freed {
+            continue;
+        }
+        let [a, b] = tree.link(node).children;
+        if leaves.may_merge(tree, a, b) {
+            leaves.merge_children(tree, blocks, node);
+        }
+    }
+}
