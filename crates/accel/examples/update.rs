@@ -46,18 +46,24 @@ fn variants() -> Vec<(&'static str, Method, UpdateConfig)> {
     let base = UpdateConfig::default();
     let stages = base.stages;
     let with = |stages| UpdateConfig { stages, ..base };
-    vec![
-        ("refit", Method::Refit, base),
-        ("rotate", Method::Rotate, base),
-        ("clustered", Method::Clustered, base),
+    let mut all = vec![("refit", Method::Refit, base), ("rotate", Method::Rotate, base), ("clustered", Method::Clustered, base)];
+    if std::env::var("T").is_ok() {
+        for (n, l, d, g) in [("l16", 16, 1.0/32.0, 0.02),("l256", 256, 1.0/32.0, 0.02),("d8", 64, 1.0/8.0, 0.02),("d0", 64, 0.0, 0.02),("g1", 64, 1.0/32.0, 0.1)] {
+            all.push((n, Method::Clustered, UpdateConfig { least: l, detail: d, gain: g, ..base }));
+        }
+        all.push(("no rotations", Method::Clustered, with(Stages { rotate: false, ..stages })));
+        return all;
+    }
+    all.extend([
         ("dM .01 dE .05", Method::Clustered, UpdateConfig { d_m: 0.01, d_e: 0.05, ..base }),
         ("whole regions", Method::Clustered, UpdateConfig { region: Region::Leaves, ..base }),
         ("no rotations", Method::Clustered, with(Stages { rotate: false, ..stages })),
         ("no parting", Method::Clustered, with(Stages { part: false, ..stages })),
         ("no rebuild", Method::Clustered, with(Stages { rebuild: false, ..stages })),
         ("no migration", Method::Clustered, with(Stages { migrate: false, ..stages })),
-        ("published", Method::Clustered, UpdateConfig { region: Region::Leaves, ..with(Stages { rotate: false, part: false, ..stages }) }),
-    ]
+        ("published", Method::Clustered, UpdateConfig { region: Region::Leaves, least: 0, gain: f32::NEG_INFINITY, ..with(Stages { rotate: false, part: false, ..stages }) }),
+    ]);
+    all
 }
 
 fn measure(mut scene: Moving) {
@@ -134,10 +140,11 @@ fn print(
         let [rebuilt, migrated, rotated, collapsed] = figures.shares.map(|share| share * 100.0);
         println!(
             "  {name:14} median {median:6.2} ms, mean {average:6.2} ms cost {:.3} (last {last:.3}) wide {:.3}  \
-             rebuilt {rebuilt:.1} migrated {migrated:.1} rotated {rotated:.1} collapsed {collapsed:.1} %  locality {:.2}, {:.1} MB",
+             rebuilt {rebuilt:.1} migrated {migrated:.1} rotated {rotated:.1} collapsed {collapsed:.1} %  locality {:.2}, {} leaves, {:.1} MB",
             mean(&figures.costs),
             mean(&figures.wide_costs),
             mesh.locality(),
+            mesh.leaves(),
             mesh.bytes() as f64 / 1e6,
         );
         let stages = figures.stages.iter();

@@ -9,6 +9,9 @@ use super::leaves::LeafBox;
 use super::tree::{DynamicTree, NONE};
 use vastlight_math::Aabb;
 
+/// Nodes are looked at for rotations where their split has become dearer by this factor.
+const ROTATED: f32 = 1.02;
+
 /// What there is to do; each list in the order of a walk that comes to children before their parents.
 #[derive(Debug, Default)]
 pub(super) struct Found {
@@ -18,6 +21,8 @@ pub(super) struct Found {
     pub(super) exploded: Vec<Exploded>,
     /// Nodes whose area shrinks if a child and a grandchild change places.
     pub(super) rotating: Vec<u32>,
+    /// Nodes to rebuild over triangles, none below another.
+    pub(super) scattered: Vec<u32>,
     /// Nodes on the longest way down.
     pub(super) depth: u32,
 }
@@ -40,6 +45,8 @@ pub(super) struct Sought {
     pub(super) exploded: bool,
     pub(super) bursts: bool,
     pub(super) rotating: bool,
+    /// Rotations of all nodes, not of those alone whose splits became dearer.
+    pub(super) always: bool,
 }
 
 /// Gives every node the box of what is below, and tells what to do.
@@ -62,6 +69,7 @@ struct Below {
     bounds: Aabb,
     area: f32,
     count: u32,
+    leaves: u32,
     depth: u32,
 }
 
@@ -82,28 +90,35 @@ impl Adapter<'_> {
             if self.sought.bursts && link.count > 1 && spread > link.saved * (1.0 + self.config.burst) {
                 found.migrating.push(node);
             }
-            return Below { bounds: leaf.bounds, area: leaf.bounds.half_area(), count: link.count, depth: 1 };
+            return Below { bounds: leaf.bounds, area: leaf.bounds.half_area(), count: link.count, leaves: 1, depth: 1 };
         }
         let first = found.exploded.len() as u32;
+        let first_scattered = found.scattered.len();
         let [left, right] = self.children(link.children, link.count, found);
         let bounds = left.bounds.union(right.bounds);
         self.tree.set_bounds(node, &bounds);
         let area = bounds.half_area();
         let cost = super::tree::split_cost(area, [(left.area, left.count), (right.area, right.count)]);
-        if self.sought.migrating && cost < link.saved * (1.0 - self.config.d_m) {
+        let many = link.count >= self.config.least;
+        if self.sought.migrating && many && cost < link.saved * (1.0 - self.config.d_m) {
             found.migrating.push(node);
-        } else if self.sought.exploded && cost > link.saved * (1.0 + self.config.d_e) {
+        } else if self.sought.exploded && many && cost > link.accepted.max(link.saved * (1.0 + self.config.d_e)) {
             let shared = left.bounds.intersection(right.bounds);
             let least = left.area.min(right.area);
             if !shared.is_empty() && shared.half_area() > self.config.max_overlap * least {
                 found.exploded.push(Exploded { node, bounds, shared, first });
             }
         }
-        if self.sought.rotating && super::rotate::best(self.tree, node).is_some() {
+        let looks = self.sought.rotating && (self.sought.always || cost > link.saved * ROTATED);
+        if looks && super::rotate::best(self.tree, node).is_some() {
             found.rotating.push(node);
         }
-        let count = left.count + right.count;
-        Below { bounds, area, count, depth: 1 + left.depth.max(right.depth) }
+        let (count, leaves) = (left.count + right.count, left.leaves + right.leaves);
+        if self.sought.bursts && leaves > link.grouped && super::regroup::is_scattered(count, leaves) {
+            found.scattered.truncate(first_scattered);
+            found.scattered.push(node);
+        }
+        Below { bounds, area, count, leaves, depth: 1 + left.depth.max(right.depth) }
     }
 
     /// The figures of two nodes with `count` triangles together.
@@ -123,17 +138,18 @@ impl Found {
         let exploded = self.exploded.len() as u32;
         self.migrating.extend(other.migrating);
         self.rotating.extend(other.rotating);
+        self.scattered.extend(other.scattered);
         let moved = other.exploded.into_iter().map(|e| Exploded { first: e.first + exploded, ..e });
         self.exploded.extend(moved);
     }
 
     /// The exploded nodes that are locked, by their places in the list: a node stays so unless it meets the box that the children
     /// of an exploded node above it share.
-    pub(super) fn locked(&self) -> Vec<bool> {
+    pub(super) fn locked(&self, detail: f32) -> Vec<bool> {
         let mut locked = vec![true; self.exploded.len()];
         for (place, above) in self.exploded.iter().enumerate() {
             for below in above.first as usize..place {
-                locked[below] &= self.exploded[below].bounds.intersection(above.shared).is_empty();
+                locked[below] &= !concerns(&above.shared, &self.exploded[below].bounds, detail);
             }
         }
         locked
@@ -143,4 +159,9 @@ impl Found {
     pub(super) fn shared_below(&self, place: usize) -> impl Iterator<Item = Aabb> {
         self.exploded[self.exploded[place].first as usize..=place].iter().map(|e| e.shared)
     }
+}
+
+/// Whether a node with the box `bounds` meets a box that others share, and is not small beside it.
+pub(super) fn concerns(shared: &Aabb, bounds: &Aabb, detail: f32) -> bool {
+    !shared.intersection(*bounds).is_empty() && bounds.half_area() >= detail * shared.half_area()
 }

@@ -44,6 +44,9 @@ impl LeafBox {
 /// The vertices of a block's triangles; lanes without triangle repeat those of the first.
 pub(super) type Corners = [[u32; 3]; 8];
 
+/// A triangle's number, its vertices, and where they are.
+pub(super) type Triangle = (u32, [u32; 3], [Vec3; 3]);
+
 /// What is known of blocks besides what rays need.
 #[derive(Clone, Debug)]
 pub(super) struct Leaves {
@@ -114,28 +117,80 @@ impl Leaves {
     }
 
     /// Makes a leaf that is parted as `parts` says the root of leaves; gives its inner nodes, the root last.
-    pub(super) fn part(
+    fn part(
         &mut self,
         tree: &mut DynamicTree,
         blocks: &mut Pages<Block8>,
         leaf: u32,
         parts: &BinaryTree,
     ) -> Vec<u32> {
-        let old_block = tree.block(leaf);
-        let whole = (blocks[old_block], self.corners[old_block]);
-        let mut own = vec![leaf; parts.nodes.len()];
-        for slot in &mut own[1..] {
-            *slot = tree.take(leaf);
+        let triangles = self.triangles(&blocks[tree.block(leaf)], tree.block(leaf));
+        self.release(blocks, tree.block(leaf));
+        self.plant(tree, blocks, leaf, parts, &triangles)
+    }
+
+    /// The best tree over the triangles of some blocks, which are numbered in this order.
+    pub(super) fn grouped(&self, own: &[usize], blocks: &[Block8]) -> Option<BinaryTree> {
+        let boxes = own.iter().flat_map(|&block| blocks[block].boxes());
+        let mut references: Vec<Reference> = boxes.zip(0..).map(|((_, b), i)| Reference::new(&b, i)).collect();
+        build("", &mut references, None, &self.config, &mut Scratch::default()).ok()
+    }
+
+    /// Frees leaves with their blocks; gives their triangles.
+    pub(super) fn take_apart(
+        &mut self,
+        tree: &mut DynamicTree,
+        blocks: &mut [Block8],
+        leaves: &[u32],
+    ) -> Vec<Triangle> {
+        let mut triangles = Vec::new();
+        for &leaf in leaves {
+            let block = tree.block(leaf);
+            triangles.extend(self.triangles(&blocks[block], block));
+            self.release(blocks, block);
+            tree.free(leaf);
         }
-        let named = parts.nodes.iter().zip(&own).filter(|(node, _)| node.is_leaf());
-        for (number, (node, &own)) in named.enumerate() {
-            let block = if number == 0 { old_block } else { self.take(blocks, old_block) };
+        triangles
+    }
+
+    fn triangles(&self, block: &Block8, number: usize) -> Vec<Triangle> {
+        let of_lane = |lane: usize| (block.prims[lane], self.corners[number][lane], block.triangle(lane));
+        block.used().map(of_lane).collect()
+    }
+
+    fn release(&mut self, blocks: &mut [Block8], block: usize) {
+        blocks[block] = Block8::EMPTY;
+        self.arena.release(block);
+    }
+
+    /// Makes a node that has nothing below it the root of `shape`, whose leaves become blocks of `triangles`; gives its inner
+    /// nodes, children before parents.
+    pub(super) fn plant(
+        &mut self,
+        tree: &mut DynamicTree,
+        blocks: &mut Pages<Block8>,
+        root: u32,
+        shape: &BinaryTree,
+        triangles: &[Triangle],
+    ) -> Vec<u32> {
+        let mut own = vec![root; shape.nodes.len()];
+        for slot in own.iter_mut().skip(1) {
+            *slot = tree.take(root);
+        }
+        let mut near = 0;
+        for (node, &own) in shape.nodes.iter().zip(&own).filter(|(node, _)| node.is_leaf()) {
+            let block = self.take(blocks, near);
             let run = node.first as usize..(node.first + node.count) as usize;
-            self.set(blocks, block, &whole, &parts.prims[run]);
+            self.set(blocks, block, shape.prims[run].iter().map(|&i| triangles[i as usize]));
             self.name(tree, blocks, own, block);
+            near = block;
+        }
+        if shape.nodes.len() == 1 {
+            tree.release_wide(root);
+            tree.touched.push(root);
         }
         let mut inner = Vec::new();
-        for (place, node) in parts.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
+        for (place, node) in shape.nodes.iter().enumerate().rev().filter(|(_, node)| !node.is_leaf()) {
             let left = node.left as usize;
             tree.set_children(own[place], [own[left], own[left + 1]]);
             inner.push(own[place]);
@@ -163,8 +218,7 @@ impl Leaves {
             self.corners[target][lane] = moved.1[other];
             lane += 1;
         }
-        blocks[source] = Block8::EMPTY;
-        self.arena.release(source);
+        self.release(blocks, source);
         tree.free(from);
         self.name(tree, blocks, to, target);
     }
@@ -178,6 +232,11 @@ impl Leaves {
         tree.release_wide(node);
         self.name(tree, blocks, node, block);
         tree.touched.push(node);
+    }
+
+    /// Blocks in use.
+    pub(super) fn used(&self) -> usize {
+        self.arena.len() - self.arena.free()
     }
 
     /// Memory besides the blocks.
@@ -205,21 +264,21 @@ impl Leaves {
         tree.link_mut(leaf).saved = self.boxes[tree.block(leaf)].spread();
     }
 
-    /// Writes some lanes of another block to a block.
-    fn set(&mut self, blocks: &mut [Block8], block: usize, (from, corners): &(Block8, Corners), lanes: &[u32]) {
+    /// Fills a block.
+    fn set(&mut self, blocks: &mut [Block8], block: usize, triangles: impl Iterator<Item = Triangle>) {
         blocks[block] = Block8::EMPTY;
-        self.corners[block] = [corners[lanes[0] as usize]; 8];
-        for (lane, &other) in lanes.iter().enumerate() {
-            let other = other as usize;
-            blocks[block].set(lane, from.prims[other], from.triangle(other));
-            self.corners[block][lane] = corners[other];
+        for (lane, (prim, corners, places)) in triangles.enumerate() {
+            blocks[block].set(lane, prim, places);
+            // Lanes without triangle repeat the first.
+            let lanes = if lane == 0 { 0..8 } else { lane..lane + 1 };
+            self.corners[block][lanes].fill(corners);
         }
     }
 
     /// A free block near another.
     fn take(&mut self, blocks: &mut Pages<Block8>, near: usize) -> usize {
         if self.arena.free() == 0 {
-            let len = self.arena.len() + self.arena.len() / 8 + 16;
+            let len = self.arena.len() + self.arena.len() / 16 + 16;
             self.arena.grow(len);
             lengthen(blocks, len, Block8::EMPTY);
             self.corners.resize(len, [[0; 3]; 8]);

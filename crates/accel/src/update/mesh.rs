@@ -5,7 +5,7 @@ use super::leaves::Leaves;
 use super::tree::{DynamicTree, NONE};
 use super::wide::WideMap;
 use super::{Method, UpdateConfig, UpdateReport};
-use super::{migrate::migrate, rebuild, rotate::rotate};
+use super::{migrate::migrate, rebuild, regroup::regroup, rotate::rotate};
 use crate::memory::Pages;
 use crate::wide::{ChildRef, Clock, MeshBuild, MeshBvh, MeshView, extent, whole_tree};
 use crate::{BuildConfig, BuildError, Scratch, Violation};
@@ -113,6 +113,7 @@ impl DynamicMesh {
             exploded: clustered && config.stages.rebuild,
             bursts: clustered && config.stages.part,
             rotating: method == Method::Rotate || clustered && config.stages.rotate,
+            always: method == Method::Rotate,
         };
         let found = adapt(&self.tree, &self.leaves.boxes, config, sought);
         report.depth = found.depth as usize;
@@ -154,6 +155,8 @@ impl DynamicMesh {
         clock.lap("migrate");
         report.rotated = rotate(tree, &found.rotating) as f64 / all;
         clock.lap("rotate");
+        regroup(tree, leaves, &mut bvh.blocks, &found.scattered);
+        clock.lap("regroup");
     }
 
     /// Finds scale and extent, and fills the blocks.
@@ -167,7 +170,7 @@ impl DynamicMesh {
     /// Follows the triangles without changing the tree.
     fn move_to(&mut self, mesh: &MeshView<'_>) {
         self.fill(mesh);
-        let sought = Sought { migrating: false, exploded: false, bursts: false, rotating: false };
+        let sought = Sought { migrating: false, exploded: false, bursts: false, rotating: false, always: false };
         adapt(&self.tree, &self.leaves.boxes, &UpdateConfig::default(), sought);
         self.bvh.bounds = if self.tree.root == NONE { Aabb::EMPTY } else { self.tree.bounds(self.tree.root) };
     }
@@ -202,6 +205,12 @@ impl DynamicMesh {
     pub fn validate(&self, mesh: &MeshView<'_>) -> Result<crate::Report, Violation> {
         self.tree.validate(&self.bvh.blocks)?;
         self.bvh.validate(mesh)
+    }
+
+    /// Leaves, each a block of triangles.
+    #[must_use]
+    pub fn leaves(&self) -> usize {
+        self.leaves.used()
     }
 
     /// `C(root)` of the binary tree, in the measure of [`crate::Quality`].

@@ -188,7 +188,7 @@ impl Inserter<'_> {
         while above != NONE {
             self.tree.adopt(above);
             if searched {
-                self.tree.link_mut(above).saved = self.tree.split_cost(above);
+                self.tree.save_cost(above);
                 searched = above != from;
             }
             above = self.tree.link(above).parent;

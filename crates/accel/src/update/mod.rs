@@ -15,6 +15,7 @@ mod mesh;
 mod migrate;
 mod rebuild;
 mod refit;
+mod regroup;
 mod rotate;
 mod tree;
 mod wide;
@@ -40,7 +41,7 @@ pub enum Method {
 pub enum Region {
     /// Over their leaves, as published.
     Leaves,
-    /// Over their leaves, but nodes away from all overlap stay as they are.
+    /// Over their leaves, but nodes that are away from all overlap, or small beside it, stay as they are.
     Overlap,
 }
 
@@ -66,6 +67,12 @@ pub struct UpdateConfig {
     pub d_e: f32,
     /// It has if its children overlap by more than this part of the smaller one's area.
     pub max_overlap: f32,
+    /// Subtrees with fewer triangles neither explode nor migrate; rotations serve them.
+    pub least: u32,
+    /// Nodes with less than this part of an overlap's area are small beside it ([`Region::Overlap`]).
+    pub detail: f32,
+    /// A rebuilt subtree replaces the old one if the areas of its nodes add up to less than `1 - gain` times those of the old.
+    pub gain: f32,
     /// A leaf is parted where its box, beside those of its triangles, has grown by more than this.
     pub burst: f32,
     /// Over what exploded subtrees are rebuilt.
@@ -82,6 +89,9 @@ impl Default for UpdateConfig {
             d_m: 0.05,
             d_e: 0.01,
             max_overlap: 0.5,
+            least: 64,
+            detail: 1.0 / 32.0,
+            gain: 0.02,
             burst: 0.5,
             region: Region::Overlap,
             stages: Stages { part: true, rebuild: true, migrate: true, rotate: true },

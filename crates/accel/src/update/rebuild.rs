@@ -6,7 +6,7 @@
 //! Beyond the thesis, a node that meets none of the boxes that children of exploded nodes share is one primitive too, whether
 //! it exploded or not ([`super::Region::Overlap`]); and leaves that fit together into a block are joined.
 
-use super::adapt::Found;
+use super::adapt::{Found, concerns};
 use super::leaves::Leaves;
 use super::tree::{DynamicTree, Mark, NONE};
 use super::{Region, UpdateConfig};
@@ -33,7 +33,8 @@ pub(super) fn rebuild(
     found: &Found,
     config: &UpdateConfig,
 ) -> Vec<u32> {
-    let locked = found.locked();
+    let detail = if config.region == Region::Overlap { config.detail } else { 0.0 };
+    let locked = found.locked(detail);
     let places: Vec<usize> = (0..locked.len()).filter(|&place| locked[place]).collect();
     places.iter().for_each(|&place| tree.link_mut(found.exploded[place].node).mark = Mark::Locked);
     let new = |&place: &usize| {
@@ -41,15 +42,22 @@ pub(super) fn rebuild(
             Region::Leaves => Vec::new(),
             Region::Overlap => found.shared_below(place).collect(),
         };
-        let subtree = collect(tree, found.exploded[place].node, shared);
+        let subtree = collect(tree, found.exploded[place].node, shared, detail);
         let built = over(tree, &subtree.prims, leaves.config());
-        (subtree, built)
+        let old: f32 = subtree.inner.iter().map(|&node| tree.bounds(node).half_area()).sum();
+        let inner = built.nodes.iter().filter(|node| !node.is_leaf());
+        let new: f32 = inner.map(|node| node.bounds.half_area()).sum();
+        (subtree, (new < old * (1.0 - config.gain)).then_some(built))
     };
     let new: Vec<_> = places.par_iter().with_max_len(1).map(new).collect();
     let mut made = Vec::new();
     // Lower ones come first, so that boxes and counts above are right.
     for (subtree, built) in new {
         tree.link_mut(subtree.inner[0]).mark = Mark::Plain;
+        let Some(built) = built else {
+            accept(tree, &subtree);
+            continue;
+        };
         put(tree, &subtree, &built);
         merge(tree, leaves, blocks, &subtree.inner);
         made.extend(subtree.inner);
@@ -60,7 +68,7 @@ pub(super) fn rebuild(
 /// Builds a subtree of any shape afresh over all its leaves.
 pub(super) fn rebuild_all(tree: &mut DynamicTree, leaves: &mut Leaves, blocks: &mut [Block8], root: u32) {
     if root != NONE && !tree.is_leaf(root) {
-        let subtree = collect(tree, root, Vec::new());
+        let subtree = collect(tree, root, Vec::new(), 0.0);
         let built = over(tree, &subtree.prims, leaves.config());
         put(tree, &subtree, &built);
         merge(tree, leaves, blocks, &subtree.inner);
@@ -68,7 +76,7 @@ pub(super) fn rebuild_all(tree: &mut DynamicTree, leaves: &mut Leaves, blocks: &
 }
 
 /// The nodes from `root` down to leaves and locked nodes, and where `shared` has boxes to those that meet none of them.
-fn collect(tree: &DynamicTree, root: u32, mut shared: Vec<Aabb>) -> Subtree {
+fn collect(tree: &DynamicTree, root: u32, mut shared: Vec<Aabb>, detail: f32) -> Subtree {
     let mut subtree = Subtree { inner: vec![root], prims: Vec::new() };
     let by_overlap = !shared.is_empty();
     let all = shared.len();
@@ -80,8 +88,7 @@ fn collect(tree: &DynamicTree, root: u32, mut shared: Vec<Aabb>) -> Subtree {
         if by_overlap && !stays {
             let own = tree.bounds(node);
             for place in first..end {
-                let meets = !shared[place].intersection(own).is_empty();
-                if meets {
+                if concerns(&shared[place], &own, detail) {
                     shared.push(shared[place]);
                 }
             }
@@ -108,6 +115,16 @@ fn over(tree: &DynamicTree, prims: &[u32], config: &BuildConfig) -> BinaryTree {
     let mut references: Vec<Reference> = prims.iter().zip(0..).map(reference).collect();
     let config = BuildConfig { max_leaf: 1, optimize: 0, split_budget: Some(1.0), ..*config };
     build("", &mut references, None, &config, &mut Scratch::default()).unwrap_or_default()
+}
+
+/// How much dearer splits must become after a rebuild was of no use before there is another.
+const PATIENCE: f32 = 1.1;
+
+/// Notes that a subtree is as good as a rebuild would make it.
+fn accept(tree: &mut DynamicTree, subtree: &Subtree) {
+    for &node in &subtree.inner {
+        tree.link_mut(node).accepted = PATIENCE * tree.split_cost(node);
+    }
 }
 
 /// Gives the nodes of a subtree the shape of `built`.

@@ -24,6 +24,10 @@ pub(super) struct Link {
     /// The cost of the node's split ([`DynamicTree::split_cost`]) when it was made; of a leaf, how much larger its box is
     /// than those of its triangles.
     pub(super) saved: f32,
+    /// A node explodes only where its split costs more than this: more than when a rebuild was of no use.
+    pub(super) accepted: f32,
+    /// Leaves below when a rebuild over triangles was of no use.
+    pub(super) grouped: u32,
     /// The wide node that begins here.
     pub(super) wide: u32,
     /// Listed for a stage of the update that runs.
@@ -44,7 +48,7 @@ pub(super) enum Mark {
 }
 
 impl Link {
-    const BLANK: Self = Self { parent: NONE, children: [NONE; 2], count: 0, saved: 0.0, wide: NONE, mark: Mark::Plain };
+    const BLANK: Self = Self { parent: NONE, children: [NONE; 2], count: 0, saved: 0.0, accepted: 0.0, grouped: 0, wide: NONE, mark: Mark::Plain };
 }
 
 /// A box that threads write and read.
@@ -131,7 +135,7 @@ impl DynamicTree {
     fn save_costs(&mut self) {
         for node in 0..self.links.len() as u32 {
             if !self.is_leaf(node) {
-                self.links[node as usize].saved = self.split_cost(node);
+                self.save_cost(node);
             }
         }
         self.touched.push(self.root);
@@ -200,8 +204,15 @@ impl DynamicTree {
         self.link_mut(node).children = children;
         children.into_iter().for_each(|child| self.link_mut(child).parent = node);
         self.adopt(node);
-        self.link_mut(node).saved = self.split_cost(node);
+        self.save_cost(node);
         self.touched.push(node);
+    }
+
+    /// Notes the cost of a node's split.
+    pub(super) fn save_cost(&mut self, node: u32) {
+        let cost = self.split_cost(node);
+        let link = self.link_mut(node);
+        (link.saved, link.accepted) = (cost, 0.0);
     }
 
     /// Takes box and count from the children; gives whether the box is another than before.
