@@ -46,9 +46,19 @@ fn variants() -> Vec<(&'static str, Method, UpdateConfig)> {
     let base = UpdateConfig::default();
     let stages = base.stages;
     let with = |stages| UpdateConfig { stages, ..base };
-    let mut all = vec![("refit", Method::Refit, base), ("rotate", Method::Rotate, base), ("clustered", Method::Clustered, base)];
+    let mut all = vec![
+        ("refit", Method::Refit, base),
+        ("rotate", Method::Rotate, base),
+        ("clustered", Method::Clustered, base),
+    ];
     if std::env::var("T").is_ok() {
-        for (n, l, d, g) in [("l16", 16, 1.0/32.0, 0.02),("l256", 256, 1.0/32.0, 0.02),("d8", 64, 1.0/8.0, 0.02),("d0", 64, 0.0, 0.02),("g1", 64, 1.0/32.0, 0.1)] {
+        for (n, l, d, g) in [
+            ("l16", 16, 1.0 / 32.0, 0.02),
+            ("l256", 256, 1.0 / 32.0, 0.02),
+            ("d8", 64, 1.0 / 8.0, 0.02),
+            ("d0", 64, 0.0, 0.02),
+            ("g1", 64, 1.0 / 32.0, 0.1),
+        ] {
             all.push((n, Method::Clustered, UpdateConfig { least: l, detail: d, gain: g, ..base }));
         }
         all.push(("no rotations", Method::Clustered, with(Stages { rotate: false, ..stages })));
@@ -61,7 +71,16 @@ fn variants() -> Vec<(&'static str, Method, UpdateConfig)> {
         ("no parting", Method::Clustered, with(Stages { part: false, ..stages })),
         ("no rebuild", Method::Clustered, with(Stages { rebuild: false, ..stages })),
         ("no migration", Method::Clustered, with(Stages { migrate: false, ..stages })),
-        ("published", Method::Clustered, UpdateConfig { region: Region::Leaves, least: 0, gain: f32::NEG_INFINITY, ..with(Stages { rotate: false, part: false, ..stages }) }),
+        (
+            "published",
+            Method::Clustered,
+            UpdateConfig {
+                region: Region::Leaves,
+                least: 0,
+                gain: f32::NEG_INFINITY,
+                ..with(Stages { rotate: false, part: false, ..stages })
+            },
+        ),
     ]);
     all
 }
@@ -92,7 +111,8 @@ fn measure(mut scene: Moving) {
                 figures.1.push(report.quality.cost);
                 figures.2.push(wide_cost(&bvh));
             }
-            let least = |costs: &dyn Fn(&str) -> f64| BUILDERS.iter().map(|n| costs(n)).fold(f64::MAX, f64::min);
+            let least =
+                |costs: &dyn Fn(&str) -> f64| BUILDERS.iter().map(|n| costs(n)).fold(f64::MAX, f64::min);
             best.push([
                 least(&|name| *fresh[name].1.last().expect("one")),
                 least(&|name| *fresh[name].2.last().expect("one")),
@@ -148,7 +168,8 @@ fn print(
             mesh.bytes() as f64 / 1e6,
         );
         let stages = figures.stages.iter();
-        let stages = stages.map(|(name, time)| format!("{name} {:.2}", time.as_secs_f64() * 1e3 / frames as f64));
+        let stages =
+            stages.map(|(name, time)| format!("{name} {:.2}", time.as_secs_f64() * 1e3 / frames as f64));
         println!("      {}", stages.collect::<Vec<_>>().join(", "));
     }
 }
@@ -159,6 +180,7 @@ fn mean(x: &[f64]) -> f64 {
 
 /// Areas of nodes and leaves over the root's: what a ray is expected to test.
 fn wide_cost(bvh: &MeshBvh) -> f64 {
-    let area: f64 = bvh.nodes.iter().map(|n| (0..8).map(|s| f64::from(n.bounds(s).half_area())).sum::<f64>()).sum();
+    let area: f64 =
+        bvh.nodes.iter().map(|n| (0..8).map(|s| f64::from(n.bounds(s).half_area())).sum::<f64>()).sum();
     1.0 + area / f64::from(bvh.bounds.half_area())
 }

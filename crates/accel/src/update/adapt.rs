@@ -50,12 +50,7 @@ pub(super) struct Sought {
 }
 
 /// Gives every node the box of what is below, and tells what to do.
-pub(super) fn adapt(
-    tree: &DynamicTree,
-    leaves: &[LeafBox],
-    config: &UpdateConfig,
-    sought: Sought,
-) -> Found {
+pub(super) fn adapt(tree: &DynamicTree, leaves: &[LeafBox], config: &UpdateConfig, sought: Sought) -> Found {
     let mut found = Found::default();
     if tree.root != NONE {
         let adapter = Adapter { tree, leaves, config, sought };
@@ -90,7 +85,13 @@ impl Adapter<'_> {
             if self.sought.bursts && link.count > 1 && spread > link.saved * (1.0 + self.config.burst) {
                 found.migrating.push(node);
             }
-            return Below { bounds: leaf.bounds, area: leaf.bounds.half_area(), count: link.count, leaves: 1, depth: 1 };
+            return Below {
+                bounds: leaf.bounds,
+                area: leaf.bounds.half_area(),
+                count: link.count,
+                leaves: 1,
+                depth: 1,
+            };
         }
         let first = found.exploded.len() as u32;
         let first_scattered = found.scattered.len();
@@ -102,7 +103,10 @@ impl Adapter<'_> {
         let many = link.count >= self.config.least;
         if self.sought.migrating && many && cost < link.saved * (1.0 - self.config.d_m) {
             found.migrating.push(node);
-        } else if self.sought.exploded && many && cost > link.accepted.max(link.saved * (1.0 + self.config.d_e)) {
+        } else if self.sought.exploded
+            && many
+            && cost > link.accepted.max(link.saved * (1.0 + self.config.d_e))
+        {
             let shared = left.bounds.intersection(right.bounds);
             let least = left.area.min(right.area);
             if !shared.is_empty() && shared.half_area() > self.config.max_overlap * least {
@@ -148,8 +152,9 @@ impl Found {
     pub(super) fn locked(&self, detail: f32) -> Vec<bool> {
         let mut locked = vec![true; self.exploded.len()];
         for (place, above) in self.exploded.iter().enumerate() {
-            for below in above.first as usize..place {
-                locked[below] &= !concerns(&above.shared, &self.exploded[below].bounds, detail);
+            let below = above.first as usize..place;
+            for (locked, exploded) in locked[below.clone()].iter_mut().zip(&self.exploded[below]) {
+                *locked &= !concerns(&above.shared, &exploded.bounds, detail);
             }
         }
         locked

@@ -38,6 +38,11 @@ impl Arena {
         self.counts.last().map_or(0, |top| top.iter().sum::<u32>() as usize)
     }
 
+    /// Free places as a share of all.
+    pub(super) fn looseness(&self) -> f64 {
+        self.free() as f64 / self.len.max(1) as f64
+    }
+
     /// Whether a place is free.
     pub(super) fn is_free(&self, place: usize) -> bool {
         self.words.get(place / WORD).is_some_and(|word| word >> (place % WORD) & 1 == 1)

@@ -132,7 +132,8 @@ impl Leaves {
     /// The best tree over the triangles of some blocks, which are numbered in this order.
     pub(super) fn grouped(&self, own: &[usize], blocks: &[Block8]) -> Option<BinaryTree> {
         let boxes = own.iter().flat_map(|&block| blocks[block].boxes());
-        let mut references: Vec<Reference> = boxes.zip(0..).map(|((_, b), i)| Reference::new(&b, i)).collect();
+        let mut references: Vec<Reference> =
+            boxes.zip(0..).map(|((_, b), i)| Reference::new(&b, i)).collect();
         build("", &mut references, None, &self.config, &mut Scratch::default()).ok()
     }
 
@@ -212,11 +213,10 @@ impl Leaves {
     pub(super) fn merge(&mut self, tree: &mut DynamicTree, blocks: &mut [Block8], to: u32, from: u32) {
         let (target, source) = (tree.block(to), tree.block(from));
         let moved = (blocks[source], self.corners[source]);
-        let mut lane = blocks[target].used().count();
-        for other in moved.0.used() {
+        let first = blocks[target].used().count();
+        for (lane, other) in (first..8).zip(moved.0.used()) {
             blocks[target].set(lane, moved.0.prims[other], moved.0.triangle(other));
             self.corners[target][lane] = moved.1[other];
-            lane += 1;
         }
         self.release(blocks, source);
         tree.free(from);
@@ -232,6 +232,21 @@ impl Leaves {
         tree.release_wide(node);
         self.name(tree, blocks, node, block);
         tree.touched.push(node);
+    }
+
+    /// Blocks stand in the order `old`, which leaves free ones out.
+    pub(super) fn reorder(&mut self, blocks: &mut Pages<Block8>, old: &[usize]) {
+        let mut new = Pages::zeroed(old.len());
+        new.par_iter_mut().zip(old).for_each(|(new, &old)| *new = blocks[old]);
+        *blocks = new;
+        self.corners = old.par_iter().map(|&block| self.corners[block]).collect();
+        self.boxes = old.iter().map(|&block| self.boxes[block]).collect();
+        self.arena = Arena::full(old.len());
+    }
+
+    /// Free blocks, as a share of all.
+    pub(super) fn looseness(&self) -> f64 {
+        self.arena.looseness()
     }
 
     /// Blocks in use.

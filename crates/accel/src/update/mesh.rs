@@ -2,6 +2,7 @@
 
 use super::adapt::{Found, Sought, adapt};
 use super::leaves::Leaves;
+use super::tidy::{tidy_nodes, tidy_wide};
 use super::tree::{DynamicTree, NONE};
 use super::wide::WideMap;
 use super::{Method, UpdateConfig, UpdateReport};
@@ -14,6 +15,9 @@ use vastlight_simd::Level;
 
 /// Trees deeper than this are rebuilt.
 const DEEPEST: u32 = 160;
+
+/// Blocks and wide nodes are laid out afresh where so many, as a share of all, are free.
+const LOOSE: f64 = 0.2;
 
 /// Why nothing was updated.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -43,6 +47,8 @@ pub struct DynamicMesh {
     bvh: MeshBvh,
     /// Numbers of triangles and vertices.
     size: [usize; 2],
+    /// Nodes that changed since all were laid out.
+    changed: usize,
     level: Level,
 }
 
@@ -57,9 +63,11 @@ impl DynamicMesh {
         config: &BuildConfig,
         scratch: &mut Scratch,
     ) -> Result<(Self, MeshBuild), BuildError> {
-        let config = BuildConfig { max_leaf: config.max_leaf.clamp(1, 8), split_budget: Some(1.0), ..*config };
+        let config =
+            BuildConfig { max_leaf: config.max_leaf.clamp(1, 8), split_budget: Some(1.0), ..*config };
         let (tree, runs, mut clock) = whole_tree(name, mesh, &config, scratch)?;
-        let quality = if config.measure { crate::quality(&tree) } else { crate::quality::counts(&tree.nodes) };
+        let quality =
+            if config.measure { crate::quality(&tree) } else { crate::quality::counts(&tree.nodes) };
         let (leaves, blocks) = Leaves::new(&tree, &runs, mesh, &config);
         let tree = DynamicTree::new(&tree, &runs);
         let bvh = MeshBvh {
@@ -72,7 +80,7 @@ impl DynamicMesh {
             scale: 1.0,
         };
         let size = [mesh.triangles.len(), mesh.positions.len()];
-        let mut new = Self { tree, leaves, wide: WideMap::default(), bvh, size, level: config.level };
+        let mut new = Self { tree, leaves, wide: WideMap::default(), bvh, size, changed: 0, level: config.level };
         new.move_to(mesh);
         clock.lap("blocks");
         new.collapse();
@@ -105,6 +113,8 @@ impl DynamicMesh {
         }
         let mut clock = Clock::start();
         let mut report = UpdateReport::default();
+        self.tidy(config);
+        clock.lap("tidy");
         self.fill(mesh);
         clock.lap("blocks");
         let clustered = method == Method::Clustered;
@@ -159,6 +169,18 @@ impl DynamicMesh {
         clock.lap("regroup");
     }
 
+    /// Lays everything out afresh where it has been scattered.
+    fn tidy(&mut self, config: &UpdateConfig) {
+        let Self { tree, leaves, wide, bvh, changed, .. } = self;
+        if *changed as f64 > config.tidy * tree.links.len() as f64 {
+            tidy_nodes(tree, wide);
+            *changed = 0;
+            if leaves.looseness().max(wide.looseness()) > LOOSE {
+                tidy_wide(tree, leaves, wide, bvh);
+            }
+        }
+    }
+
     /// Finds scale and extent, and fills the blocks.
     fn fill(&mut self, mesh: &MeshView<'_>) {
         let bounds = mesh.bounds();
@@ -170,7 +192,8 @@ impl DynamicMesh {
     /// Follows the triangles without changing the tree.
     fn move_to(&mut self, mesh: &MeshView<'_>) {
         self.fill(mesh);
-        let sought = Sought { migrating: false, exploded: false, bursts: false, rotating: false, always: false };
+        let sought =
+            Sought { migrating: false, exploded: false, bursts: false, rotating: false, always: false };
         adapt(&self.tree, &self.leaves.boxes, &UpdateConfig::default(), sought);
         self.bvh.bounds = if self.tree.root == NONE { Aabb::EMPTY } else { self.tree.bounds(self.tree.root) };
     }
@@ -185,7 +208,8 @@ impl DynamicMesh {
 
     /// Brings the wide nodes' children up to date; gives how many nodes that took.
     fn collapse(&mut self) -> usize {
-        let Self { tree, wide, bvh, .. } = self;
+        let Self { tree, wide, bvh, changed, .. } = self;
+        *changed += tree.touched.len();
         let planned = wide.collapse(tree, &mut bvh.nodes, self.level);
         bvh.root = match tree.root {
             NONE => None,

@@ -224,8 +224,8 @@ impl Step {
         let grown = boxes.map(|b| b.union(*own));
         let cost = |bounds: &Aabb, count: u32| bounds.half_area() * count as f32;
         let join = cost(&tree.bounds(node), link.count) + cost(own, count);
-        let below =
-            [0, 1].map(|side| cost(&grown[side], counts[side] + count) + cost(&boxes[1 - side], counts[1 - side]));
+        let below = [0, 1]
+            .map(|side| cost(&grown[side], counts[side] + count) + cost(&boxes[1 - side], counts[1 - side]));
         let side = usize::from((below[1], counts[1]) < (below[0], counts[0]));
         let shared = |a: &Aabb, b: &Aabb| a.intersection(*b).half_area();
         let overlap = shared(&grown[side], &boxes[1 - side]) - shared(&boxes[0], &boxes[1]);

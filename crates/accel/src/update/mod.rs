@@ -1,11 +1,11 @@
 //! Trees over meshes that move: updated from frame to frame rather than built.
 //!
 //! Chapter 2 of K. V. Garanzha's thesis of 2014 (in Russian), first published as K. Garanzha, "Efficient clustered BVH update
-//! algorithm for highly-dynamic models" (2008): boxes are adapted ([`adapt`]), subtrees whose triangles mix are rebuilt
-//! ([`rebuild`]), subtrees that move as one are put elsewhere ([`migrate`]); nodes live in an arena that keeps them near
-//! their parents ([`arena`]). Beside it stand two older ways, [`Method::Refit`] and [`Method::Rotate`].
+//! algorithm for highly-dynamic models" (2008): boxes are adapted (`adapt`), subtrees whose triangles mix are rebuilt
+//! (`rebuild`), subtrees that move as one are put elsewhere (`migrate`); nodes live in an arena that keeps them near their
+//! parents (`arena`). Beside it stand two older ways, [`Method::Refit`] and [`Method::Rotate`].
 //!
-//! What rays walk is kept along ([`wide`]): wide nodes above changed binary ones are planned afresh, all others only get
+//! What rays walk is kept along (`wide`): wide nodes above changed binary ones are planned afresh, all others only get
 //! new boxes.
 
 mod adapt;
@@ -17,6 +17,7 @@ mod rebuild;
 mod refit;
 mod regroup;
 mod rotate;
+mod tidy;
 mod tree;
 mod wide;
 
@@ -79,6 +80,8 @@ pub struct UpdateConfig {
     pub region: Region,
     /// Stages of [`Method::Clustered`].
     pub stages: Stages,
+    /// Nodes are laid out afresh when so many, as a share of all, have changed their places or neighbours.
+    pub tidy: f64,
     /// Report the tree's cost.
     pub measure: bool,
 }
@@ -95,6 +98,7 @@ impl Default for UpdateConfig {
             burst: 0.5,
             region: Region::Overlap,
             stages: Stages { part: true, rebuild: true, migrate: true, rotate: true },
+            tidy: 1.0,
             measure: false,
         }
     }

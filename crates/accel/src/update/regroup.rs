@@ -6,9 +6,9 @@
 
 use super::leaves::Leaves;
 use super::tree::{DynamicTree, Mark, NONE};
+use crate::BinaryTree;
 use crate::memory::Pages;
 use crate::wide::Block8;
-use crate::BinaryTree;
 use rayon::prelude::*;
 
 /// Most triangles of a subtree that is built afresh.

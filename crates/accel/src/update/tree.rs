@@ -48,7 +48,16 @@ pub(super) enum Mark {
 }
 
 impl Link {
-    const BLANK: Self = Self { parent: NONE, children: [NONE; 2], count: 0, saved: 0.0, accepted: 0.0, grouped: 0, wide: NONE, mark: Mark::Plain };
+    const BLANK: Self = Self {
+        parent: NONE,
+        children: [NONE; 2],
+        count: 0,
+        saved: 0.0,
+        accepted: 0.0,
+        grouped: 0,
+        wide: NONE,
+        mark: Mark::Plain,
+    };
 }
 
 /// A box that threads write and read.

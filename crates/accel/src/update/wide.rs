@@ -142,6 +142,22 @@ impl WideMap {
         self.arena.len() - self.arena.free()
     }
 
+    /// Binary nodes have other numbers.
+    pub(super) fn rename(&mut self, new: impl Fn(u32) -> u32) {
+        self.slots.as_flattened_mut().iter_mut().for_each(|slot| *slot = new(*slot));
+    }
+
+    /// Wide nodes stand in the order `old`, which leaves free ones out.
+    pub(super) fn reorder(&mut self, old: &[usize]) {
+        self.slots = old.iter().map(|&wide| self.slots[wide]).collect();
+        self.arena = Arena::full(old.len());
+    }
+
+    /// Free nodes, as a share of all.
+    pub(super) fn looseness(&self) -> f64 {
+        self.arena.looseness()
+    }
+
     /// Memory of the map.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(self.slots.as_slice())
@@ -159,7 +175,8 @@ fn begin_of(tree: &DynamicTree, mut node: u32) -> Option<u32> {
 /// Plans what is below `top` down to leaves and to where wide nodes begin that stay.
 fn piece(tree: &DynamicTree, top: u32, dirty: &[bool], level: Level) -> Piece {
     let (mut binary, mut absorbed) = (vec![top], Vec::new());
-    let node = |node: u32| Node { bounds: tree.bounds(node), left: 0, first: 0, count: tree.link(node).count };
+    let node =
+        |node: u32| Node { bounds: tree.bounds(node), left: 0, first: 0, count: tree.link(node).count };
     let mut nodes = vec![node(top)];
     // What is below the left child follows first.
     let mut waiting = vec![0_usize];

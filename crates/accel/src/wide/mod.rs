@@ -13,10 +13,10 @@ pub mod traverse;
 mod validate;
 
 pub use beside::Still;
+pub(crate) use collapse::{Plan, plan};
 pub use grid::{CellWalk, GridBvh};
 pub use instances::{InstanceBvh, InstanceNode, InstanceNodes, SmallNode};
 pub use layout::{Block8, ChildRef, Leaf, LeafLanes, Node8, WideNode};
-pub(crate) use collapse::{Plan, plan};
 pub(crate) use mesh::{Clock, extent, whole_tree};
 pub use mesh::{MeshBuild, MeshBvh, MeshView};
 pub use quantised::QuantisedBoxes;
