@@ -1,6 +1,6 @@
 //! Updates of moving meshes against fresh builds: times by stage and costs.
 //!
-//! `cargo run --release -p vastlight-accel --example update [-- SCENE]`
+//! `cargo run --release -p vastlight-accel --example update [-- SCENE] [--short]`
 #![allow(clippy::print_stdout, reason = "an example speaks")]
 
 #[path = "../tests/common/moving.rs"]
@@ -18,17 +18,22 @@ const FRAMES: usize = 100;
 const COMPARED: usize = 10;
 const BUILDERS: [&str; 5] = ["binned-sah", "grid-sah", "hlbvh2", "hlbvh2-binned", "ploc"];
 
+/// Makes a scene.
+type Make = fn() -> Moving;
+/// Of each builder: milliseconds, costs, and costs of wide trees.
+type Fresh = BTreeMap<&'static str, [Vec<f64>; 3]>;
+
 fn main() {
-    let wanted = std::env::args().nth(1);
-    let scenes = [
-        moving::bodies(96, 20),
-        moving::explosion(166, 800),
-        moving::waves(230),
-        moving::twist(24, 48),
-        moving::dust(100_000),
+    let wanted = std::env::args().nth(1).filter(|name| name != "--short");
+    let scenes: [(&str, Make); 5] = [
+        ("bodies", || moving::bodies(96, 20)),
+        ("explosion", || moving::explosion(166, 800)),
+        ("waves", || moving::waves(230)),
+        ("twist", || moving::twist(24, 48)),
+        ("dust", || moving::dust(100_000)),
     ];
-    for scene in scenes.into_iter().filter(|s| wanted.as_ref().is_none_or(|name| name == s.name)) {
-        measure(scene);
+    for (_, scene) in scenes.into_iter().filter(|s| wanted.as_ref().is_none_or(|name| name == s.0)) {
+        measure(scene());
     }
 }
 
@@ -51,20 +56,11 @@ fn variants() -> Vec<(&'static str, Method, UpdateConfig)> {
         ("rotate", Method::Rotate, base),
         ("clustered", Method::Clustered, base),
     ];
-    if std::env::var("T").is_ok() {
-        for (n, l, d, g) in [
-            ("l16", 16, 1.0 / 32.0, 0.02),
-            ("l256", 256, 1.0 / 32.0, 0.02),
-            ("d8", 64, 1.0 / 8.0, 0.02),
-            ("d0", 64, 0.0, 0.02),
-            ("g1", 64, 1.0 / 32.0, 0.1),
-        ] {
-            all.push((n, Method::Clustered, UpdateConfig { least: l, detail: d, gain: g, ..base }));
-        }
-        all.push(("no rotations", Method::Clustered, with(Stages { rotate: false, ..stages })));
+    if std::env::args().any(|arg| arg == "--short") {
         return all;
     }
     all.extend([
+        ("dM .05 dE .01", Method::Clustered, UpdateConfig { d_m: 0.05, d_e: 0.01, ..base }),
         ("dM .01 dE .05", Method::Clustered, UpdateConfig { d_m: 0.01, d_e: 0.05, ..base }),
         ("whole regions", Method::Clustered, UpdateConfig { region: Region::Leaves, ..base }),
         ("no rotations", Method::Clustered, with(Stages { rotate: false, ..stages })),
@@ -92,7 +88,7 @@ fn measure(mut scene: Moving) {
     scene.go_to(0.0);
     let new = DynamicMesh::new("", &scene.view(), &config, &mut scratch).expect("built").0;
     let mut variants: Vec<_> = variants().into_iter().map(|v| (v, new.clone(), Figures::default())).collect();
-    let mut fresh: BTreeMap<&str, (Vec<f64>, Vec<f64>, Vec<f64>)> = BTreeMap::new();
+    let mut fresh = Fresh::new();
     let mut best = Vec::new();
     for frame in 1..=FRAMES {
         scene.go_to(frame as f32);
@@ -107,15 +103,15 @@ fn measure(mut scene: Moving) {
                 };
                 let ((bvh, report), _) = build(true, &mut scratch);
                 let figures = fresh.entry(name).or_default();
-                figures.0.push((0..3).map(|_| build(false, &mut scratch).1).fold(f64::MAX, f64::min));
-                figures.1.push(report.quality.cost);
-                figures.2.push(wide_cost(&bvh));
+                figures[0].push((0..3).map(|_| build(false, &mut scratch).1).fold(f64::MAX, f64::min));
+                figures[1].push(report.quality.cost);
+                figures[2].push(wide_cost(&bvh));
             }
             let least =
                 |costs: &dyn Fn(&str) -> f64| BUILDERS.iter().map(|n| costs(n)).fold(f64::MAX, f64::min);
             best.push([
-                least(&|name| *fresh[name].1.last().expect("one")),
-                least(&|name| *fresh[name].2.last().expect("one")),
+                least(&|name| *fresh[name][1].last().expect("one")),
+                least(&|name| *fresh[name][2].last().expect("one")),
             ]);
         }
         for ((_, method, config), mesh, figures) in &mut variants {
@@ -140,12 +136,8 @@ fn measure(mut scene: Moving) {
 
 type Variant = ((&'static str, Method, UpdateConfig), DynamicMesh, Figures);
 
-fn print(
-    fresh: &BTreeMap<&str, (Vec<f64>, Vec<f64>, Vec<f64>)>,
-    best: &[[f64; 2]],
-    variants: &mut [Variant],
-) {
-    for (name, (times, costs, wide)) in fresh {
+fn print(fresh: &Fresh, best: &[[f64; 2]], variants: &mut [Variant]) {
+    for (name, [times, costs, wide]) in fresh {
         let relative = |costs: &[f64], kind: usize| {
             costs.iter().zip(best).map(|(cost, best)| cost / best[kind]).sum::<f64>() / costs.len() as f64
         };

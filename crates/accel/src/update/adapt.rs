@@ -4,9 +4,9 @@
 //! where it has become dearer and its children overlap. Beyond the thesis, a leaf has *burst* where its box has grown far
 //! more than those of its triangles: blocks of triangles are the smallest things that move.
 
-use super::UpdateConfig;
 use super::leaves::LeafBox;
 use super::tree::{DynamicTree, NONE};
+use super::{UpdateConfig, regroup};
 use vastlight_math::Aabb;
 
 /// Nodes are looked at for rotations where their split has become dearer by this factor.
@@ -33,7 +33,7 @@ pub(super) struct Exploded {
     pub(super) node: u32,
     bounds: Aabb,
     /// The box that its children share.
-    shared: Aabb,
+    pub(super) shared: Aabb,
     /// Where the entries below the node start in the list.
     first: u32,
 }
@@ -65,6 +65,8 @@ struct Below {
     area: f32,
     count: u32,
     leaves: u32,
+    /// Sums of the half areas of leaves and of triangles.
+    areas: [f32; 2],
     depth: u32,
 }
 
@@ -85,13 +87,9 @@ impl Adapter<'_> {
             if self.sought.bursts && link.count > 1 && spread > link.saved * (1.0 + self.config.burst) {
                 found.migrating.push(node);
             }
-            return Below {
-                bounds: leaf.bounds,
-                area: leaf.bounds.half_area(),
-                count: link.count,
-                leaves: 1,
-                depth: 1,
-            };
+            let area = leaf.bounds.half_area();
+            let areas = [area, leaf.parts];
+            return Below { bounds: leaf.bounds, area, count: link.count, leaves: 1, areas, depth: 1 };
         }
         let first = found.exploded.len() as u32;
         let first_scattered = found.scattered.len();
@@ -118,11 +116,26 @@ impl Adapter<'_> {
             found.rotating.push(node);
         }
         let (count, leaves) = (left.count + right.count, left.leaves + right.leaves);
-        if self.sought.bursts && leaves > link.grouped && super::regroup::is_scattered(count, leaves) {
+        let areas = [0, 1].map(|kind| left.areas[kind] + right.areas[kind]);
+        if self.sought.bursts && self.is_scattered(node, count, leaves, areas) {
             found.scattered.truncate(first_scattered);
             found.scattered.push(node);
         }
-        Below { bounds, area, count, leaves, depth: 1 + left.depth.max(right.depth) }
+        Below { bounds, area, count, leaves, areas, depth: 1 + left.depth.max(right.depth) }
+    }
+
+    /// Whether the triangles of a small subtree are to be put into leaves afresh: where leaves are small, or have grown.
+    fn is_scattered(&self, node: u32, count: u32, leaves: u32, [own, of_triangles]: [f32; 2]) -> bool {
+        if count > regroup::FEW {
+            return false;
+        }
+        let spread = own / of_triangles;
+        let saved = self.tree.spread(node);
+        if saved == 0.0 {
+            self.tree.set_spread(node, spread);
+        }
+        let has_grown = saved > 0.0 && spread > saved * (1.0 + self.config.growth);
+        has_grown || leaves > self.tree.link(node).grouped && regroup::is_scattered(count, leaves)
     }
 
     /// The figures of two nodes with `count` triangles together.
@@ -158,11 +171,6 @@ impl Found {
             }
         }
         locked
-    }
-
-    /// The boxes that children share at an exploded node and at those below it.
-    pub(super) fn shared_below(&self, place: usize) -> impl Iterator<Item = Aabb> {
-        self.exploded[self.exploded[place].first as usize..=place].iter().map(|e| e.shared)
     }
 }
 

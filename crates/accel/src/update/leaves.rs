@@ -23,7 +23,7 @@ const TRIANGLES_AHEAD: usize = 6;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LeafBox {
     pub(super) bounds: Aabb,
-    parts: f32,
+    pub(super) parts: f32,
 }
 
 impl LeafBox {

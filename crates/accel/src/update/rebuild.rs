@@ -6,7 +6,7 @@
 //! Beyond the thesis, a node that meets none of the boxes that children of exploded nodes share is one primitive too, whether
 //! it exploded or not ([`super::Region::Overlap`]); and leaves that fit together into a block are joined.
 
-use super::adapt::{Found, concerns};
+use super::adapt::{Exploded, Found, concerns};
 use super::leaves::Leaves;
 use super::tree::{DynamicTree, Mark, NONE};
 use super::{Region, UpdateConfig};
@@ -35,21 +35,24 @@ pub(super) fn rebuild(
 ) -> Vec<u32> {
     let detail = if config.region == Region::Overlap { config.detail } else { 0.0 };
     let locked = found.locked(detail);
-    let places: Vec<usize> = (0..locked.len()).filter(|&place| locked[place]).collect();
-    places.iter().for_each(|&place| tree.link_mut(found.exploded[place].node).mark = Mark::Locked);
-    let new = |&place: &usize| {
-        let shared = match config.region {
-            Region::Leaves => Vec::new(),
-            Region::Overlap => found.shared_below(place).collect(),
-        };
-        let subtree = collect(tree, found.exploded[place].node, shared, detail);
+    let mut shared = Shared::default();
+    for (exploded, &is_locked) in found.exploded.iter().zip(&locked) {
+        tree.link_mut(exploded.node).mark = if is_locked { Mark::Locked } else { Mark::Plain };
+        if config.region == Region::Overlap {
+            shared.boxes.push((exploded.node, exploded.shared));
+        }
+    }
+    shared.boxes.sort_unstable_by_key(|entry| entry.0);
+    let roots: Vec<_> = found.exploded.iter().zip(&locked).filter(|e| *e.1).map(|e| e.0).collect();
+    let new = |root: &&Exploded| {
+        let subtree = collect(tree, root.node, &shared, detail);
         let built = over(tree, &subtree.prims, leaves.config());
         let old: f32 = subtree.inner.iter().map(|&node| tree.bounds(node).half_area()).sum();
         let inner = built.nodes.iter().filter(|node| !node.is_leaf());
         let new: f32 = inner.map(|node| node.bounds.half_area()).sum();
         (subtree, (new < old * (1.0 - config.gain)).then_some(built))
     };
-    let new: Vec<_> = places.par_iter().with_max_len(1).map(new).collect();
+    let new: Vec<_> = roots.par_iter().with_max_len(1).map(new).collect();
     let mut made = Vec::new();
     // Lower ones come first, so that boxes and counts above are right.
     for (subtree, built) in new {
@@ -68,37 +71,56 @@ pub(super) fn rebuild(
 /// Builds a subtree of any shape afresh over all its leaves.
 pub(super) fn rebuild_all(tree: &mut DynamicTree, leaves: &mut Leaves, blocks: &mut [Block8], root: u32) {
     if root != NONE && !tree.is_leaf(root) {
-        let subtree = collect(tree, root, Vec::new(), 0.0);
+        let subtree = collect(tree, root, &Shared::default(), 0.0);
         let built = over(tree, &subtree.prims, leaves.config());
         put(tree, &subtree, &built);
         merge(tree, leaves, blocks, &subtree.inner);
     }
 }
 
-/// The nodes from `root` down to leaves and locked nodes, and where `shared` has boxes to those that meet none of them.
-fn collect(tree: &DynamicTree, root: u32, mut shared: Vec<Aabb>, detail: f32) -> Subtree {
+/// The boxes that the children of exploded nodes share, by node.
+#[derive(Debug, Default)]
+struct Shared {
+    boxes: Vec<(u32, Aabb)>,
+}
+
+impl Shared {
+    fn at(&self, node: u32) -> Option<Aabb> {
+        let place = self.boxes.binary_search_by_key(&node, |entry| entry.0).ok()?;
+        Some(self.boxes[place].1)
+    }
+}
+
+/// The nodes from `root` down to leaves and locked nodes; where there are boxes `shared`, to nodes that none concerns of
+/// those shared at nodes above.
+fn collect(tree: &DynamicTree, root: u32, shared: &Shared, detail: f32) -> Subtree {
     let mut subtree = Subtree { inner: vec![root], prims: Vec::new() };
-    let by_overlap = !shared.is_empty();
-    let all = shared.len();
-    // Each with the run of boxes that its parent meets; runs of nodes that wait stand below those of later ones.
-    let mut waiting: Vec<(u32, usize, usize)> = tree.link(root).children.map(|child| (child, 0, all)).into();
+    let by_overlap = !shared.boxes.is_empty();
+    // Boxes that concern the nodes on the way, and how many of them were there where a node was put aside.
+    let mut boxes: Vec<Aabb> = shared.at(root).into_iter().collect();
+    let run = (0, boxes.len());
+    let mut waiting: Vec<(u32, usize, usize)> =
+        tree.link(root).children.map(|child| (child, run.0, run.1)).into();
     while let Some((node, first, end)) = waiting.pop() {
+        boxes.truncate(end);
         let stays = tree.is_leaf(node) || tree.link(node).mark == Mark::Locked;
-        shared.truncate(end);
         if by_overlap && !stays {
             let own = tree.bounds(node);
             for place in first..end {
-                if concerns(&shared[place], &own, detail) {
-                    shared.push(shared[place]);
+                if concerns(&boxes[place], &own, detail) {
+                    boxes.push(boxes[place]);
                 }
             }
         }
-        if stays || by_overlap && shared.len() == end {
+        if stays || by_overlap && boxes.len() == end {
             subtree.prims.push(node);
             continue;
         }
+        if by_overlap {
+            boxes.extend(shared.at(node));
+        }
         subtree.inner.push(node);
-        let run = (end, shared.len());
+        let run = (end, boxes.len());
         waiting.extend(tree.link(node).children.map(|child| (child, run.0, run.1)));
     }
     subtree.inner[1..].sort_unstable();

@@ -1,8 +1,8 @@
-//! Beyond the thesis: small subtrees are built afresh over their triangles where their leaves have become small.
+//! Beyond the thesis: small subtrees are built afresh over their triangles where their leaves have become small, or have grown.
 //!
 //! Leaves that burst leave small ones behind, each a block of its own with few triangles. Nodes with at most [`FEW`]
-//! triangles whose leaves hold fewer than [`FILL`] on average are built afresh as a builder would build them, if that
-//! makes fewer leaves or smaller ones.
+//! triangles whose leaves hold fewer than [`FILL`] on average, or whose leaves' boxes have grown more than those of their
+//! triangles, are built afresh as a builder would build them, if that makes boxes smaller.
 
 use super::leaves::Leaves;
 use super::tree::{DynamicTree, Mark, NONE};
@@ -44,10 +44,12 @@ pub(super) fn regroup(
     for (&node, (inner, own_leaves, built)) in listed.iter().zip(new) {
         let Some(built) = built else {
             tree.link_mut(node).grouped = own_leaves.len() as u32;
+            tree.set_spread(node, 0.0);
             continue;
         };
         let triangles = leaves.take_apart(tree, blocks, &own_leaves);
         inner.iter().filter(|&&n| n != node).for_each(|&n| tree.free(n));
+        tree.set_spread(node, 0.0);
         leaves.plant(tree, blocks, node, &built, &triangles);
         made += 1;
     }

@@ -81,15 +81,16 @@ fn bounce(x: f32) -> f32 {
     if x > 1.0 { 2.0 - x } else { x }
 }
 
-/// Turning bodies that fly through a box and each other, `count` of them with `cells` x `cells` x 4 triangles. At first all are in a heap.
+/// Turning bodies that fly through a box and each other, by up to a hundredth of its side a frame: `count` of them with
+/// `cells` x `cells` x 4 triangles. At first all are in a heap.
 pub(crate) fn bodies(count: usize, cells: usize) -> Moving {
     let mut moving = Moving::new("bodies", |frame, rest, part| {
-        let velocity = point(part, 1) * 0.03;
+        let velocity = point(part, 1) * 0.01;
         let start = point(part, 4) * 0.15 + 0.5;
         let way = start + velocity * frame;
         let place = Vec3::new(bounce(way.x), bounce(way.y), bounce(way.z)) * 10.0;
         let axis = (point(part, 7) + Vec3::splat(1e-3)).normalize();
-        Quat::from_axis_angle(axis, 0.1 * frame * noise(part, 11)) * rest + place
+        Quat::from_axis_angle(axis, 0.05 * frame * noise(part, 11)) * rest + place
     });
     (0..count).for_each(|part| moving.add_ball([2 * cells, cells], part, 0.3 + 0.5 * noise(part, 12)));
     moving.go_to(0.0);
