@@ -12,6 +12,9 @@ use vastlight_math::Aabb;
 /// Nodes are looked at for rotations where their split has become dearer by this factor.
 const ROTATED: f32 = 1.02;
 
+/// Leaves whose box is not larger than those of their triangles by this factor are never parted by a build.
+const WIDE: f32 = 2.0;
+
 /// What there is to do; each list in the order of a walk that comes to children before their parents.
 #[derive(Debug, Default)]
 pub(super) struct Found {
@@ -65,8 +68,6 @@ struct Below {
     area: f32,
     count: u32,
     leaves: u32,
-    /// Sums of the half areas of leaves and of triangles.
-    areas: [f32; 2],
     depth: u32,
 }
 
@@ -84,12 +85,12 @@ impl Adapter<'_> {
             let leaf = &self.leaves[link.children[1] as usize];
             self.tree.set_bounds(node, &leaf.bounds);
             let spread = leaf.spread();
-            if self.sought.bursts && link.count > 1 && spread > link.saved * (1.0 + self.config.burst) {
+            let limit = (link.saved * (1.0 + self.config.burst)).max(WIDE);
+            if self.sought.bursts && link.count > 1 && spread > limit {
                 found.migrating.push(node);
             }
             let area = leaf.bounds.half_area();
-            let areas = [area, leaf.parts];
-            return Below { bounds: leaf.bounds, area, count: link.count, leaves: 1, areas, depth: 1 };
+            return Below { bounds: leaf.bounds, area, count: link.count, leaves: 1, depth: 1 };
         }
         let first = found.exploded.len() as u32;
         let first_scattered = found.scattered.len();
@@ -116,26 +117,11 @@ impl Adapter<'_> {
             found.rotating.push(node);
         }
         let (count, leaves) = (left.count + right.count, left.leaves + right.leaves);
-        let areas = [0, 1].map(|kind| left.areas[kind] + right.areas[kind]);
-        if self.sought.bursts && self.is_scattered(node, count, leaves, areas) {
+        if self.sought.bursts && leaves > link.grouped && regroup::is_scattered(count, leaves) {
             found.scattered.truncate(first_scattered);
             found.scattered.push(node);
         }
-        Below { bounds, area, count, leaves, areas, depth: 1 + left.depth.max(right.depth) }
-    }
-
-    /// Whether the triangles of a small subtree are to be put into leaves afresh: where leaves are small, or have grown.
-    fn is_scattered(&self, node: u32, count: u32, leaves: u32, [own, of_triangles]: [f32; 2]) -> bool {
-        if count > regroup::FEW {
-            return false;
-        }
-        let spread = own / of_triangles;
-        let saved = self.tree.spread(node);
-        if saved == 0.0 {
-            self.tree.set_spread(node, spread);
-        }
-        let has_grown = saved > 0.0 && spread > saved * (1.0 + self.config.growth);
-        has_grown || leaves > self.tree.link(node).grouped && regroup::is_scattered(count, leaves)
+        Below { bounds, area, count, leaves, depth: 1 + left.depth.max(right.depth) }
     }
 
     /// The figures of two nodes with `count` triangles together.

@@ -76,8 +76,6 @@ pub struct UpdateConfig {
     pub gain: f32,
     /// A leaf is parted where its box, beside those of its triangles, has grown by more than this.
     pub burst: f32,
-    /// Small subtrees are built afresh over their triangles where their leaves together have grown by more than this.
-    pub growth: f32,
     /// Over what exploded subtrees are rebuilt.
     pub region: Region,
     /// Stages of [`Method::Clustered`].
@@ -98,7 +96,6 @@ impl Default for UpdateConfig {
             detail: 1.0 / 32.0,
             gain: 0.02,
             burst: 0.5,
-            growth: 0.5,
             region: Region::Overlap,
             stages: Stages { part: true, rebuild: true, migrate: true, rotate: true },
             tidy: 1.0,

@@ -1,8 +1,8 @@
-//! Beyond the thesis: small subtrees are built afresh over their triangles where their leaves have become small, or have grown.
+//! Beyond the thesis: small subtrees are built afresh over their triangles where their leaves have become small.
 //!
 //! Leaves that burst leave small ones behind, each a block of its own with few triangles. Nodes with at most [`FEW`]
-//! triangles whose leaves hold fewer than [`FILL`] on average, or whose leaves' boxes have grown more than those of their
-//! triangles, are built afresh as a builder would build them, if that makes boxes smaller.
+//! triangles whose leaves hold fewer than [`FILL`] on average are built afresh as a builder would build them, if that
+//! makes boxes smaller.
 
 use super::leaves::Leaves;
 use super::tree::{DynamicTree, Mark, NONE};
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 /// Most triangles of a subtree that is built afresh.
 pub(super) const FEW: u32 = 64;
 /// Leaves of subtrees that are not hold as many triangles on average.
-const FILL: u32 = 5;
+const FILL: u32 = 4;
 
 /// Whether the leaves of a node, of `count` triangles, are small.
 pub(super) fn is_scattered(count: u32, leaves: u32) -> bool {
@@ -44,12 +44,10 @@ pub(super) fn regroup(
     for (&node, (inner, own_leaves, built)) in listed.iter().zip(new) {
         let Some(built) = built else {
             tree.link_mut(node).grouped = own_leaves.len() as u32;
-            tree.set_spread(node, 0.0);
             continue;
         };
         let triangles = leaves.take_apart(tree, blocks, &own_leaves);
         inner.iter().filter(|&&n| n != node).for_each(|&n| tree.free(n));
-        tree.set_spread(node, 0.0);
         leaves.plant(tree, blocks, node, &built, &triangles);
         made += 1;
     }

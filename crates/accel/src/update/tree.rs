@@ -60,9 +60,9 @@ impl Link {
     };
 }
 
-/// A box that threads write and read, and how large leaves below were beside their triangles; 0 where that is not known.
+/// A box that threads write and read.
 #[derive(Debug, Default)]
-pub(super) struct SharedBox([AtomicU32; 6], AtomicU32);
+pub(super) struct SharedBox([AtomicU32; 6]);
 
 impl SharedBox {
     pub(super) fn get(&self) -> Aabb {
@@ -80,7 +80,6 @@ impl Clone for SharedBox {
     fn clone(&self) -> Self {
         let copy = Self::default();
         copy.set(&self.get());
-        copy.1.store(self.1.load(Relaxed), Relaxed);
         copy
     }
 }
@@ -182,18 +181,6 @@ impl DynamicTree {
         self.boxes[node as usize].set(bounds);
     }
 
-    /// How large the leaves below a node were beside their triangles; 0 where that is not known.
-    #[inline]
-    pub(super) fn spread(&self, node: u32) -> f32 {
-        f32::from_bits(self.boxes[node as usize].1.load(Relaxed))
-    }
-
-    /// Notes how large leaves are.
-    #[inline]
-    pub(super) fn set_spread(&self, node: u32, spread: f32) {
-        self.boxes[node as usize].1.store(spread.to_bits(), Relaxed);
-    }
-
     pub(super) fn sibling(&self, node: u32) -> u32 {
         let [a, b] = self.link(self.link(node).parent).children;
         if a == node { b } else { a }
@@ -218,7 +205,6 @@ impl DynamicTree {
             self.boxes.resize_with(self.arena.len(), SharedBox::default);
         }
         self.links[place] = Link::BLANK;
-        self.set_spread(place as u32, 0.0);
         place as u32
     }
 
