@@ -10,7 +10,7 @@ use super::{UpdateConfig, regroup};
 use vastlight_math::Aabb;
 
 /// Nodes are looked at for rotations where their split has become dearer by this factor.
-const ROTATED: f32 = 1.02;
+const ROTATED: f32 = 1.05;
 
 /// Leaves whose box is not larger than those of their triangles by this factor are never parted by a build.
 const WIDE: f32 = 2.0;

@@ -47,8 +47,6 @@ pub struct DynamicMesh {
     bvh: MeshBvh,
     /// Numbers of triangles and vertices.
     size: [usize; 2],
-    /// Nodes that changed since all were laid out.
-    changed: usize,
     level: Level,
 }
 
@@ -81,7 +79,7 @@ impl DynamicMesh {
         };
         let size = [mesh.triangles.len(), mesh.positions.len()];
         let mut new =
-            Self { tree, leaves, wide: WideMap::default(), bvh, size, changed: 0, level: config.level };
+            Self { tree, leaves, wide: WideMap::default(), bvh, size, level: config.level };
         new.move_to(mesh);
         clock.lap("blocks");
         new.collapse();
@@ -172,10 +170,10 @@ impl DynamicMesh {
 
     /// Lays everything out afresh where it has been scattered.
     fn tidy(&mut self, config: &UpdateConfig) {
-        let Self { tree, leaves, wide, bvh, changed, .. } = self;
-        if *changed as f64 > config.tidy * tree.links.len() as f64 {
+        let Self { tree, leaves, wide, bvh, .. } = self;
+        if tree.changed as f64 > config.tidy * tree.links.len() as f64 {
             tidy_nodes(tree, wide);
-            *changed = 0;
+            tree.changed = 0;
             if leaves.looseness().max(wide.looseness()) > LOOSE {
                 tidy_wide(tree, leaves, wide, bvh);
             }
@@ -209,8 +207,7 @@ impl DynamicMesh {
 
     /// Brings the wide nodes' children up to date; gives how many nodes that took.
     fn collapse(&mut self) -> usize {
-        let Self { tree, wide, bvh, changed, .. } = self;
-        *changed += tree.touched.len();
+        let Self { tree, wide, bvh, .. } = self;
         let planned = wide.collapse(tree, &mut bvh.nodes, self.level);
         bvh.root = match tree.root {
             NONE => None,

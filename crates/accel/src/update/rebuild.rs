@@ -43,19 +43,23 @@ pub(super) fn rebuild(
         }
     }
     shared.boxes.sort_unstable_by_key(|entry| entry.0);
-    let roots: Vec<_> = found.exploded.iter().zip(&locked).filter(|e| *e.1).map(|e| e.0).collect();
-    let new = |root: &&Exploded| {
+    let is_locked = |root: &(usize, &Exploded)| locked[root.0];
+    let mut roots: Vec<_> = found.exploded.iter().enumerate().filter(is_locked).collect();
+    // Large ones start first, so that threads end together.
+    roots.sort_by_key(|root| std::cmp::Reverse(tree.link(root.1.node).count));
+    let new = |&(place, root): &(usize, &Exploded)| {
         let subtree = collect(tree, root.node, &shared, detail);
         let built = over(tree, &subtree.prims, leaves.config());
         let old: f32 = subtree.inner.iter().map(|&node| tree.bounds(node).half_area()).sum();
         let inner = built.nodes.iter().filter(|node| !node.is_leaf());
         let new: f32 = inner.map(|node| node.bounds.half_area()).sum();
-        (subtree, (new < old * (1.0 - config.gain)).then_some(built))
+        (place, subtree, (new < old * (1.0 - config.gain)).then_some(built))
     };
-    let new: Vec<_> = roots.par_iter().with_max_len(1).map(new).collect();
+    let mut new: Vec<_> = roots.par_iter().with_max_len(1).map(new).collect();
+    new.sort_unstable_by_key(|subtree| subtree.0);
     let mut made = Vec::new();
     // Lower ones come first, so that boxes and counts above are right.
-    for (subtree, built) in new {
+    for (_, subtree, built) in new {
         tree.link_mut(subtree.inner[0]).mark = Mark::Plain;
         let Some(built) = built else {
             accept(tree, &subtree);
@@ -160,8 +164,9 @@ fn put(tree: &mut DynamicTree, subtree: &Subtree, built: &BinaryTree) {
     subtree.inner[1..].iter().for_each(|&node| tree.release_wide(node));
     for (node, &own_place) in built.nodes.iter().zip(&own).rev().filter(|(node, _)| !node.is_leaf()) {
         let left = node.left as usize;
-        tree.set_children(own_place, [own[left], own[left + 1]]);
+        tree.set_children_below(own_place, [own[left], own[left + 1]]);
     }
+    tree.touched.push(subtree.inner[0]);
 }
 
 /// Joins leaves that are siblings below `inner`, and fit into one block.

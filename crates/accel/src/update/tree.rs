@@ -92,8 +92,10 @@ pub(super) struct DynamicTree {
     pub(super) arena: Arena,
     /// [`NONE`] without triangles.
     pub(super) root: u32,
-    /// Nodes that are new or have other children than before.
+    /// Nodes that are new or have other children than before, and are not below others of these in one wide node.
     pub(super) touched: Vec<u32>,
+    /// Nodes that got children since this was last set to zero.
+    pub(super) changed: usize,
     /// Wide nodes whose binary nodes are no more.
     pub(super) released: Vec<u32>,
 }
@@ -109,6 +111,7 @@ impl DynamicTree {
             arena: Arena::full((2 * leaves.len()).saturating_sub(1)),
             root: if leaves.is_empty() { NONE } else { 0 },
             touched: Vec::new(),
+            changed: 0,
             released: Vec::new(),
         };
         if leaves.is_empty() {
@@ -210,11 +213,17 @@ impl DynamicTree {
 
     /// Gives a node other children; its box, count and saved cost follow.
     pub(super) fn set_children(&mut self, node: u32, children: [u32; 2]) {
+        self.set_children_below(node, children);
+        self.touched.push(node);
+    }
+
+    /// The same for a node below one that is touched, with no wide node beginning on the way.
+    pub(super) fn set_children_below(&mut self, node: u32, children: [u32; 2]) {
         self.link_mut(node).children = children;
         children.into_iter().for_each(|child| self.link_mut(child).parent = node);
         self.adopt(node);
         self.save_cost(node);
-        self.touched.push(node);
+        self.changed += 1;
     }
 
     /// Notes the cost of a node's split.
