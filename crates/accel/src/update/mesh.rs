@@ -78,8 +78,7 @@ impl DynamicMesh {
             scale: 1.0,
         };
         let size = [mesh.triangles.len(), mesh.positions.len()];
-        let mut new =
-            Self { tree, leaves, wide: WideMap::default(), bvh, size, level: config.level };
+        let mut new = Self { tree, leaves, wide: WideMap::default(), bvh, size, level: config.level };
         new.move_to(mesh);
         clock.lap("blocks");
         new.collapse();
