@@ -154,6 +154,17 @@ pub(crate) fn build_clustered<B: Boxes>(boxes: &B, sorted: &[Pair], config: &Bui
     reinsert::optimize(clustered::build(boxes, sorted, config), config.optimize)
 }
 
+/// Builds as `binned-sah` does over some boxes, without memory to reuse and, where they are few, without other threads.
+pub(crate) fn build_some(references: &mut [Reference], config: &BuildConfig) -> BinaryTree {
+    if references.is_empty() {
+        return BinaryTree::default();
+    }
+    let (mut there, mut prims) = (references.to_vec(), vec![0; references.len()]);
+    let run = top_down::Run { here: references, there: &mut there, prims: &mut prims, depth: 0 };
+    let piece = top_down::piece(&Binned::new(config), config, run);
+    BinaryTree { nodes: piece.assemble(), prims }
+}
+
 /// The number of references that a budget, a multiple of `primitives`, allows.
 fn most_references(primitives: usize, budget: f32) -> usize {
     // A budget that is no number allows no more than the primitives.

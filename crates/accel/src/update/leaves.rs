@@ -3,10 +3,10 @@
 
 use super::arena::Arena;
 use super::tree::{DynamicTree, NONE};
-use crate::build::build;
+use crate::build::build_some;
 use crate::memory::Pages;
 use crate::wide::{Block8, MeshView};
-use crate::{BinaryTree, BuildConfig, Reference, Scratch};
+use crate::{BinaryTree, BuildConfig, Reference};
 use bytemuck::Pod;
 use rayon::prelude::*;
 use vastlight_math::{Aabb, Vec3};
@@ -91,7 +91,7 @@ impl Leaves {
         let boxes = block.boxes();
         let mut references: Vec<Reference> =
             boxes.iter().zip(0..).map(|((_, b), lane)| Reference::new(b, lane)).collect();
-        let tree = build("", &mut references, None, &self.config, &mut Scratch::default()).ok()?;
+        let tree = build_some(&mut references, &self.config);
         (tree.nodes.len() > 1).then_some(tree)
     }
 
@@ -130,11 +130,11 @@ impl Leaves {
     }
 
     /// The best tree over the triangles of some blocks, which are numbered in this order.
-    pub(super) fn grouped(&self, own: &[usize], blocks: &[Block8]) -> Option<BinaryTree> {
+    pub(super) fn grouped(&self, own: &[usize], blocks: &[Block8]) -> BinaryTree {
         let boxes = own.iter().flat_map(|&block| blocks[block].boxes());
         let mut references: Vec<Reference> =
             boxes.zip(0..).map(|((_, b), i)| Reference::new(&b, i)).collect();
-        build("", &mut references, None, &self.config, &mut Scratch::default()).ok()
+        build_some(&mut references, &self.config)
     }
 
     /// Frees leaves with their blocks; gives their triangles.

@@ -10,7 +10,7 @@ use super::adapt::{Exploded, Found, concerns};
 use super::leaves::Leaves;
 use super::tree::{DynamicTree, Mark, NONE};
 use super::{Region, UpdateConfig};
-use crate::build::build;
+use crate::build::{CLUSTERED, build, build_some};
 use crate::wide::Block8;
 use crate::{BinaryTree, BuildConfig, Reference, Scratch};
 use rayon::prelude::*;
@@ -140,11 +140,14 @@ fn over(tree: &DynamicTree, prims: &[u32], config: &BuildConfig) -> BinaryTree {
     };
     let mut references: Vec<Reference> = prims.iter().zip(0..).map(reference).collect();
     let config = BuildConfig { max_leaf: 1, optimize: 0, split_budget: Some(1.0), ..*config };
+    if references.len() < CLUSTERED {
+        return build_some(&mut references, &config);
+    }
     build("", &mut references, None, &config, &mut Scratch::default()).unwrap_or_default()
 }
 
 /// How much dearer splits must become after a rebuild was of no use before there is another.
-const PATIENCE: f32 = 1.1;
+const PATIENCE: f32 = 1.3;
 
 /// Notes that a subtree is as good as a rebuild would make it.
 fn accept(tree: &mut DynamicTree, subtree: &Subtree) {

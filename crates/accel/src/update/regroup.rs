@@ -36,7 +36,8 @@ pub(super) fn regroup(
         let better = |built: &BinaryTree| {
             built.nodes.iter().map(|node| node.bounds.half_area()).sum::<f32>() < areas * 0.99
         };
-        (inner, own_leaves, built.filter(better))
+        let built = better(&built).then_some(built);
+        (inner, own_leaves, built)
     };
     let listed = &still_scattered(tree, listed)[..];
     let new: Vec<_> = listed.par_iter().with_min_len(16).map(new).collect();
