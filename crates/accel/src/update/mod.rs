@@ -62,9 +62,11 @@ pub struct Stages {
 /// How to update.
 #[derive(Clone, Copy, Debug)]
 pub struct UpdateConfig {
-    /// Children of a node migrate where its split costs less than `1 - d_m` times what it did when it was made.
+    /// Children of a node migrate where its split costs less than `1 - d_m` times what it did when it was made. The thesis
+    /// has 0.05; with turning and bending meshes 0.2 gives the same trees in less time.
     pub d_m: f32,
-    /// A node may have exploded where its split costs more than `1 + d_e` times what it did.
+    /// A node may have exploded where its split costs more than `1 + d_e` times what it did. The thesis has 0.01, and in its
+    /// summary `d_m` and `d_e` the other way round, which gives worse trees in more time.
     pub d_e: f32,
     /// It has if its children overlap by more than this part of the smaller one's area.
     pub max_overlap: f32,
