@@ -5,11 +5,13 @@
 //! comes from the counter-based generator in `chance`, natural form from `noise`.
 
 mod atrium;
+mod bodies;
 mod builder;
 mod caustic_sphere;
 mod chance;
 mod city;
 mod cornell;
+mod explosion;
 mod extrude;
 mod julia;
 mod lathe;
@@ -19,6 +21,7 @@ mod noise_lanes;
 mod palette;
 mod plant;
 mod prism;
+mod rigid;
 mod shape;
 mod solids;
 mod statue;
@@ -91,6 +94,16 @@ impl Demo {
         Self { moves: true, ..Self::new(name, Make::Whole(make)) }
     }
 
+    /// A demo of `least` to `most` triangles that moves.
+    const fn moving_sized(
+        name: &'static str,
+        least: u64,
+        most: u64,
+        make: fn(&GenerateOptions) -> SceneDesc,
+    ) -> Self {
+        Self { sizes: Some(Sizes { least, most }), ..Self::moving(name, make) }
+    }
+
     /// A demo of `least` to `most` triangles.
     const fn sized(name: &'static str, least: u64, most: u64, make: Make) -> Self {
         Self { sizes: Some(Sizes { least, most }), ..Self::new(name, make) }
@@ -99,12 +112,14 @@ impl Demo {
 
 const DEMOS: &[Demo] = &[
     Demo::new("atrium", Make::Whole(atrium::atrium)),
+    Demo::moving_sized("bodies", 30_000, 100_000_000, bodies::bodies),
     Demo::sized("caustic-sphere", 1_000, 1_000_000_000, Make::Whole(caustic_sphere::caustic_sphere)),
     Demo {
         instanced: Some(city::size),
         ..Demo::sized("city", 200_000, 20_000_000_000, Make::Pieces(city::city))
     },
     Demo::new("cornell", Make::Whole(cornell::cornell)),
+    Demo::moving_sized("explosion", 20_000, 100_000_000, explosion::explosion),
     Demo::moving("julia", julia::julia),
     Demo::moving("metaballs", metaballs::metaballs),
     Demo::sized("plant", 400_000, 1_000_000_000, Make::Pieces(plant::plant)),

@@ -42,14 +42,14 @@ fn camera() -> Camera {
 }
 
 /// Rows and columns of the head's grid: 2 * columns * (rows - 1) triangles with both poles.
-fn rows_and_columns(triangles: u64) -> (u32, u32) {
+pub(super) fn rows_and_columns(triangles: u64) -> (u32, u32) {
     let rows = ((triangles as f64 * 0.55).sqrt().round() as u64).max(3);
     let columns = ((triangles + rows - 1) / (2 * (rows - 1))).max(3);
     (rows as u32, columns as u32)
 }
 
 /// The head: rings from top to bottom, closed by a vertex at each end.
-fn head(triangles: u64, material: u32, seed: u32) -> Mesh {
+pub(super) fn head(triangles: u64, material: u32, seed: u32) -> Mesh {
     let chart = Chart::shared();
     let (rows, columns) = rows_and_columns(triangles);
     let rings = rows as usize - 1;

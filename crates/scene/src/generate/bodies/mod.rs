@@ -1,0 +1,193 @@
+//! Balls, rings, cubes and knots that fly against each other and gather in a bowl: all of them are one mesh that deforms.
+//! A function of time.
+
+mod bowl;
+mod dynamics;
+mod kinds;
+#[cfg(test)]
+mod tests;
+
+use super::caustic_sphere::square_lamp;
+use super::chance::Chance;
+use super::palette::{gold, lacquer, srgb, stone};
+use super::rigid::{Place, Turn};
+use super::shape::{Assembly, Shape};
+use super::{GenerateOptions, builder::Builder, solids, textures};
+use crate::{
+    Camera, ColorInput, Encoding, Environment, Material, MeshPose, Motion, Pose, Projection, SceneDesc,
+    SceneError,
+};
+use bowl::Bowl;
+use dynamics::Flight;
+use kinds::Kind;
+use rayon::prelude::*;
+use std::f32::consts::TAU;
+use std::sync::Arc;
+use vastlight_math::{Affine3, Vec2, Vec3};
+
+/// Seconds.
+const DURATION: f32 = 6.0;
+const BOWL: Bowl = Bowl { radius: 1.75, lift: 0.12, thickness: 0.06, rim: 0.95 };
+/// Bodies in each of the two swarms along x, y and z, and metres between them.
+const SWARM: [u32; 3] = [4, 7, 5];
+const SPACING: f32 = 0.33;
+/// Triangles of the mesh unless other numbers are asked for.
+const USUAL: u64 = 150_000;
+
+/// The scene.
+pub(super) fn bodies(options: &GenerateOptions) -> SceneDesc {
+    let mut b = Builder::default();
+    stage(&mut b, options.seed as u32);
+    let paints = paints(&mut b);
+    let chance = Chance::new(options.seed, 0x626f_6469);
+    let things = things(&chance, &paints);
+    let left = options.triangles.map_or(USUAL, |t| t.saturating_sub(b.instanced_triangles()));
+    let (assembly, swarm) = meshed(&things, left);
+    let mesh = b.mesh("bodies", assembly);
+    b.place(mesh, Affine3::IDENTITY);
+    let swarm = Swarm { mesh, flight: Flight::new(things), ..swarm };
+    b.desc.motion = Some(Arc::new(swarm));
+    b.desc
+}
+
+/// One body at the first moment.
+#[derive(Clone, Debug)]
+struct Thing {
+    kind: Kind,
+    material: u32,
+    /// Half its width, metres.
+    size: f32,
+    place: Place,
+    velocity: Vec3,
+    spin: Vec3,
+}
+
+/// Two swarms on their way to meet above the bowl, sorted by material.
+fn things(chance: &Chance, paints: &[u32]) -> Vec<Thing> {
+    let mut things = Vec::new();
+    for (side, swarm) in [(-1.0, 0), (1.0, 1)] {
+        for i in 0..SWARM.iter().product() {
+            let mut chance = chance.part(swarm << 32 | u64::from(i));
+            let cell = [i % SWARM[0], i / SWARM[0] % SWARM[1], i / (SWARM[0] * SWARM[1])];
+            let offset = |axis: usize| cell[axis] as f32 - 0.5 * (SWARM[axis] - 1) as f32;
+            let jitter = chance.direction() * 0.012;
+            let at = Vec3::new(side * 1.75, 2.35, 0.0)
+                + Vec3::new(offset(0), offset(1), offset(2)) * SPACING
+                + jitter;
+            let turn = Turn::about(chance.direction(), chance.range(0.0, TAU));
+            things.push(Thing {
+                kind: Kind::ALL[chance.below(4) as usize],
+                material: paints[chance.below(paints.len() as u32) as usize],
+                size: chance.range(0.09, 0.128),
+                place: Place { turn, at },
+                velocity: Vec3::new(-side * chance.range(2.9, 3.3), chance.range(1.0, 1.5), 0.0),
+                spin: chance.direction() * chance.range(0.0, 5.0),
+            });
+        }
+    }
+    things.sort_by_key(|thing| thing.material);
+    things
+}
+
+/// One mesh of all things where they are, of so many triangles.
+fn meshed(things: &[Thing], triangles: u64) -> (Assembly, Swarm) {
+    let mut assembly = Assembly::default();
+    let mut swarm =
+        Swarm { mesh: 0, flight: Flight::new(Vec::new()), local: Shape::default(), counts: Vec::new() };
+    for (i, thing) in things.iter().enumerate() {
+        let left = triangles.saturating_sub(assembly.triangles() as u64);
+        let mut shape = thing.kind.surface(left / (things.len() - i) as u64);
+        shape.positions.iter_mut().for_each(|p| *p *= thing.size);
+        swarm.counts.push(shape.positions.len());
+        swarm.local.positions.extend(&shape.positions);
+        swarm.local.normals.extend(&shape.normals);
+        shape.positions.iter_mut().for_each(|p| *p = thing.place.point(*p));
+        shape.normals.iter_mut().for_each(|n| *n = thing.place.turn.apply(*n));
+        assembly.add(thing.material, &shape);
+    }
+    (assembly, swarm)
+}
+
+/// All bodies on their way.
+#[derive(Debug)]
+struct Swarm {
+    mesh: u32,
+    flight: Flight,
+    /// Vertices of all bodies around their own middles, and how many each has.
+    local: Shape,
+    counts: Vec<usize>,
+}
+
+impl Motion for Swarm {
+    fn duration(&self) -> f32 {
+        DURATION
+    }
+
+    fn pose(&self, time: f32) -> Result<Pose, SceneError> {
+        let (mut positions, mut normals) = (self.local.positions.clone(), self.local.normals.clone());
+        let (mut points, mut directions) = (&mut positions[..], &mut normals[..]);
+        let mut bodies = Vec::with_capacity(self.counts.len());
+        for (&count, place) in self.counts.iter().zip(self.flight.at(time)) {
+            let (p, n);
+            (p, points) = points.split_at_mut(count);
+            (n, directions) = directions.split_at_mut(count);
+            bodies.push((place, p, n));
+        }
+        bodies.into_par_iter().for_each(|(place, points, normals)| {
+            points.iter_mut().for_each(|p| *p = place.point(*p));
+            normals.iter_mut().for_each(|n| *n = place.turn.apply(*n));
+        });
+        let mesh = MeshPose { mesh: self.mesh, positions, normals, ..MeshPose::default() };
+        Ok(Pose { meshes: vec![mesh], ..Pose::default() })
+    }
+}
+
+/// Lacquers, rubber, gold and chrome.
+fn paints(b: &mut Builder) -> Vec<u32> {
+    let mut paints: Vec<u32> = [0xc8321f, 0xe9a21b, 0x1d6f8c, 0xf0ece2, 0x2f8f5b]
+        .iter()
+        .map(|&hex| b.material(lacquer("lacquer", srgb(hex), 0.35)))
+        .collect();
+    paints.push(b.material(gold("gold", 0.14)));
+    paints.push(b.material(Material::metal("chrome", Vec3::new(0.72, 0.73, 0.74), 0.06)));
+    paints.push(b.material(stone("rubber", srgb(0x2b2d33), 0.7)));
+    paints
+}
+
+/// A floor of slabs, the bowl, a wall, and a large lamp above with two smaller ones.
+fn stage(b: &mut Builder, seed: u32) {
+    let slabs = textures::slabs("slabs", 512, srgb(0xb9b2a6), srgb(0x5c5852), 4, 4, seed);
+    let slabs = b.texture(slabs, Encoding::Srgb, Vec2::splat(4.0));
+    let floor = b.material(Material {
+        base_color: ColorInput { factor: Vec3::ONE, texture: Some(slabs) },
+        ..stone("floor", Vec3::ONE, 0.4)
+    });
+    b.object("floor", floor, &solids::floor(24.0, 24.0));
+    let wall = b.material(stone("wall", srgb(0x6f7f7a), 0.9));
+    let mut shape = Shape::default();
+    let corner = |x: f32, y: f32| Vec3::new(x, y, -6.0);
+    shape.flat_quad([corner(-12.0, 0.0), corner(12.0, 0.0), corner(12.0, 8.0), corner(-12.0, 8.0)]);
+    b.object("wall", wall, &shape);
+    let china = b.material(Material {
+        roughness: crate::ScalarInput::new(0.25),
+        ..lacquer("china", srgb(0xdfe5e6), 0.3)
+    });
+    b.object("bowl", china, &BOWL.surface(96));
+    for (name, color, at, size) in [
+        ("lamp above", Vec3::new(1.0, 0.97, 0.92) * 30.0, Vec3::new(-1.6, 5.6, 1.4), 2.0),
+        ("warm lamp", Vec3::new(1.0, 0.72, 0.45) * 26.0, Vec3::new(4.2, 3.0, -2.6), 1.2),
+        ("cool lamp", Vec3::new(0.55, 0.75, 1.0) * 14.0, Vec3::new(-4.6, 2.4, 3.4), 1.2),
+    ] {
+        let lamp = b.material(Material::emitter(name, color, false));
+        b.object(name, lamp, &square_lamp(at, Vec3::new(0.0, 1.0, 0.0), size));
+    }
+    b.desc.environment = Some(Environment::Constant(Vec3::new(0.17, 0.18, 0.2)));
+    let (eye, target) = (Vec3::new(1.2, 3.1, 6.6), Vec3::new(0.0, 1.35, 0.0));
+    let fov = 36_f32.to_radians();
+    let projection = Projection::Perspective {
+        vertical_fov: fov,
+        lens_radius: 0.01,
+        focus_distance: (target - eye).length() - 0.4,
+    };
+    b.desc.cameras.push(Camera { projection, ..Camera::look_at("above the bowl", eye, target, fov) });
+}
