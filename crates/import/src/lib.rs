@@ -41,6 +41,8 @@ pub struct LoadOptions {
     pub limits: Limits,
     /// Which of a file's scenes to read, by name or number (glTF); `None` is the file's own choice.
     pub scene: Option<String>,
+    /// Which of a file's animations moves the scene, by name or number (glTF); `None` is the first.
+    pub animation: Option<String>,
 }
 
 /// Reads a scene file. The format is found from the first bytes where they are unmistakable, else from the extension.

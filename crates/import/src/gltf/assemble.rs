@@ -1,13 +1,15 @@
 //! The chosen scene of a document: its nodes with their meshes, cameras and lights, and the materials that these use.
 
 use super::accessor::Data;
+use super::animation::{self, Movement};
 use super::findings::Findings;
 use super::json::Json;
 use super::mesh::{self, Context, Shape};
-use super::node::{self, Placed};
+use super::node::{self, Copies, Placed};
+use super::skin::Skin;
 use super::texture::Textures;
 use super::uri::{self, Uri};
-use super::{camera, extras, image, light, material, morph, skin};
+use super::{camera, extras, image, light, material, morph};
 use crate::LoadOptions;
 use crate::texels::{Deferral, Loaded};
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,6 +28,8 @@ pub(super) struct Parsed {
     pub(super) shapes: Vec<Shape>,
     /// What meshes are made of.
     pub(super) context: Context,
+    /// What moves, but for meshes.
+    pub(super) movement: Movement,
     /// Files that the document names.
     pub(super) files: Vec<PathBuf>,
 }
@@ -38,55 +42,63 @@ fn files(root: &Json<'_>, directory: &Path) -> Vec<PathBuf> {
     uris.filter_map(file).collect()
 }
 
-/// Builds the description of the chosen scene.
+/// Builds the description of the chosen scene, with what moves it if that is wanted.
 pub(super) fn assemble(
     root: &Json<'_>,
     data: Data,
     directory: &Path,
-    options: &LoadOptions,
+    (options, animated): (&LoadOptions, bool),
     deferral: &mut Deferral,
     findings: &mut Findings,
 ) -> Parsed {
     let mut desc = SceneDesc::default();
     let roots = scene_roots(root, options, findings);
     let placed = node::place(root, &roots);
-    let shapes = place_meshes(root, &data, &placed, &mut desc, findings);
-    place_cameras_and_lights(root, &placed, &mut desc, findings);
+    let budget = AtomicU64::new(data.geometry_budget());
+    let chosen = animation::choose(root, options.animation.as_deref(), findings).filter(|_| animated);
+    let mut movement = chosen.map_or_else(Movement::default, |chosen| {
+        Movement::new(root, chosen, &placed, &data, &budget, findings)
+    });
+    let shapes = place_meshes(root, &data, &placed, &mut movement, &mut desc, findings);
+    place_cameras_and_lights(root, &placed, &mut movement, &mut desc, findings);
     desc.environment = extras::environment(root, findings);
     let (default_material, used) = read_materials(root, &mut desc);
     let images = image::load_all(root, &data, directory, &options.limits, deferral, findings);
     take_images(images, &used, deferral, &mut desc);
-    if !root.list("animations").is_empty() {
-        let what = "animations are not played";
-        let hint = "the picture shows the pose that the nodes describe";
-        findings.warn("ANIMATIONS", what, "/animations", hint);
-    }
-    let joints = pose_skins(root, &data, &placed, &shapes);
+    let joints = pose_skins(root, &data, &placed, &shapes, &mut movement);
     let meshes = root.list("meshes").iter().map(Json::owned).collect();
-    let (limits, budget) = (options.limits, AtomicU64::new(data.geometry_budget()));
+    let (limits, moving_skins) = (options.limits, movement.moving_skins().collect());
     let files = files(root, directory);
     Parsed {
         desc,
         shapes,
         files,
-        context: Context { meshes, data, default_material, joints, limits, budget },
+        movement,
+        context: Context { meshes, data, default_material, joints, moving_skins, limits, budget },
     }
 }
 
-/// The joints' matrices of every skin in use.
+/// The joints' matrices of every skin in use, at rest.
 fn pose_skins(
     root: &Json<'_>,
     data: &Data,
     placed: &[Placed],
     shapes: &[Shape],
+    movement: &mut Movement,
 ) -> BTreeMap<usize, Vec<Affine3>> {
     let mut world_from_node = vec![None; root.list("nodes").len()];
-    for Placed { node, world_from_node: transform } in placed {
+    for Placed { node, world_from_node: transform, .. } in placed {
         world_from_node[*node] = Some(*transform);
     }
+    let at_rest = |node: usize| world_from_node.get(node).copied().flatten();
     let skins: BTreeSet<usize> = shapes.iter().filter_map(|shape| shape.skin).collect();
-    let pose = |skin: usize| (skin, skin::joint_matrices(&root.list("skins")[skin], data, &world_from_node));
-    skins.into_iter().map(pose).collect()
+    let mut joints = BTreeMap::new();
+    for index in skins {
+        let skin = Skin::read(&root.list("skins")[index], data);
+        joints.insert(index, skin.matrices(at_rest));
+        movement.add_skin(index, skin, at_rest);
+    }
+    joints
 }
 
 /// Most copies that EXT_mesh_gpu_instancing makes: what the file has bytes for, and always some.
@@ -147,6 +159,7 @@ fn place_meshes(
     root: &Json<'_>,
     data: &Data,
     placed: &[Placed],
+    movement: &mut Movement,
     desc: &mut SceneDesc,
     findings: &mut Findings,
 ) -> Vec<Shape> {
@@ -154,14 +167,15 @@ fn place_meshes(
     let mut shapes = Vec::new();
     let mut numbers: BTreeMap<Shape, u32> = BTreeMap::new();
     let mut names = Names::default();
-    for Placed { node: index, world_from_node } in placed {
+    for Placed { node: index, world_from_node, .. } in placed {
         let node = &root.list("nodes")[*index];
         let Some(mesh_index) = node.index("mesh").filter(|&m| m < root.list("meshes").len()) else {
             continue;
         };
-        let shape = shape_of(root, node, mesh_index);
+        let shape = Shape { track: movement.weights_of(*index), ..shape_of(root, node, mesh_index) };
         // The vertices of a skinned mesh are moved to world space.
-        let world_from_mesh = if shape.skin.is_some() { DAffine3::IDENTITY } else { *world_from_node };
+        let is_skinned = shape.skin.is_some();
+        let world_from_mesh = if is_skinned { DAffine3::IDENTITY } else { *world_from_node };
         let mesh = *numbers.entry(shape).or_insert_with_key(|shape| {
             shapes.push(shape.clone());
             (shapes.len() - 1) as u32
@@ -169,17 +183,22 @@ fn place_meshes(
         let name = names.number(instance_name(root, node, mesh_index), &mut desc.names);
         let place = format!("/nodes/{index}");
         let copies = node::gpu_instances(node, data, &place, findings);
-        let count = copies.as_ref().map_or(1, |(count, _)| *count);
+        let count = copies.as_ref().map_or(1, Copies::len);
         if desc.instances.len() + count > most {
             let what = format!("there are more than {most} instances, too many for a file of this size");
             findings.error("TOO_MANY_INSTANCES", what, &place, "");
             break;
         }
-        let node_from_object = |i| copies.as_ref().map_or(DAffine3::IDENTITY, |(_, transform)| transform(i));
+        let first = desc.instances.len();
+        let node_from_copy =
+            |i| copies.as_ref().map_or(DAffine3::IDENTITY, |copies| copies.node_from_copy(i));
         desc.instances.extend((0..count).map(|i| {
-            let world_from_object = node::to_f32(&(world_from_mesh * node_from_object(i)));
+            let world_from_object = node::to_f32(&(world_from_mesh * node_from_copy(i)));
             Instance { world_from_object, mesh, name }
         }));
+        if !is_skinned {
+            movement.add_instances(*index, first, copies);
+        }
     }
     shapes
 }
@@ -189,7 +208,7 @@ fn shape_of(root: &Json<'_>, node: &Json<'_>, mesh: usize) -> Shape {
     let weights = morph::weights(json, node).into_iter().map(f32::to_bits).collect();
     let is_skinned = json.list("primitives").iter().any(|p| p.at("attributes").get("JOINTS_0").is_some());
     let skin = node.index("skin").filter(|&s| is_skinned && s < root.list("skins").len());
-    Shape { mesh, weights, skin }
+    Shape { mesh, weights, skin, track: None }
 }
 
 fn instance_name(root: &Json<'_>, node: &Json<'_>, mesh: usize) -> String {
@@ -217,12 +236,14 @@ impl Names {
 fn place_cameras_and_lights(
     root: &Json<'_>,
     placed: &[Placed],
+    movement: &mut Movement,
     desc: &mut SceneDesc,
     findings: &mut Findings,
 ) {
     let lights = root.extension(light::EXTENSION).map_or(&[][..], |e| e.list("lights"));
-    for Placed { node: index, world_from_node } in placed {
+    for Placed { node: index, world_from_node, .. } in placed {
         let node = &root.list("nodes")[*index];
+        let (cameras, lights_before) = (desc.cameras.len(), desc.lights.len());
         if let Some((i, json)) = referenced(root.list("cameras"), node.index("camera")) {
             let name = object_name(json, node, "camera", i);
             desc.cameras.extend(camera::read(json, i, name, world_from_node, findings));
@@ -232,6 +253,8 @@ fn place_cameras_and_lights(
             let name = object_name(json, node, "light", i);
             desc.lights.extend(light::read(json, name, world_from_node));
         }
+        movement.add_cameras(*index, cameras..desc.cameras.len());
+        movement.add_lights(*index, lights_before..desc.lights.len());
     }
 }
 

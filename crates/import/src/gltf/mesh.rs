@@ -4,11 +4,12 @@ use super::accessor::{Data, Fault};
 use super::draco::FromDraco;
 use super::findings::Findings;
 use super::json::Json;
-use super::primitive::{self, Corners, FromAccessors, Surface};
+use super::morph::Target;
+use super::primitive::{self, Corners, FromAccessors, Influences, Surface};
 use super::topology::Mode;
 use super::{morph, skin};
 use crate::Limits;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 use vastlight_math::{Affine3, Vec2, Vec3, Vec4};
 use vastlight_scene::{Mesh, Part};
@@ -23,6 +24,8 @@ pub(super) struct Context {
     pub(super) default_material: u32,
     /// World space from bind pose for each joint of each skin in use.
     pub(super) joints: BTreeMap<usize, Vec<Affine3>>,
+    /// Skins in use that have joints which move.
+    pub(super) moving_skins: BTreeSet<usize>,
     /// Bounds on what decoders make.
     pub(super) limits: Limits,
     /// Bytes of geometry that may still be made.
@@ -38,11 +41,83 @@ pub(super) struct Shape {
     pub(super) weights: Vec<u32>,
     /// Index of the skin.
     pub(super) skin: Option<usize>,
+    /// Number of the sampler that moves the weights.
+    pub(super) track: Option<usize>,
+}
+
+/// A mesh as it was built.
+#[derive(Debug, Default)]
+pub(super) struct Built {
+    pub(super) mesh: Mesh,
+    /// What poses it, if it moves.
+    pub(super) bases: Vec<Base>,
+    pub(super) findings: Findings,
+}
+
+impl Shape {
+    /// The morph weights at rest.
+    pub(super) fn weights(&self) -> Vec<f32> {
+        self.weights.iter().map(|&bits| f32::from_bits(bits)).collect()
+    }
+}
+
+impl Context {
+    /// Whether vertices of a mesh move.
+    fn moves(&self, shape: &Shape) -> bool {
+        shape.track.is_some() || shape.skin.is_some_and(|skin| self.moving_skins.contains(&skin))
+    }
+}
+
+/// The part of a mesh that a primitive is, before it is posed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Base {
+    /// Without texture coordinates and colours, which stay.
+    surface: Surface,
+    influences: Vec<Influences>,
+    /// Targets whose weights move; others are in `surface`.
+    targets: Vec<Target>,
+}
+
+impl Base {
+    /// What of a surface is posed.
+    fn of(surface: &Surface, context: &Context, place: &str) -> Result<Self, Fault> {
+        let Surface { positions, normals, tangents, triangles, .. } = surface;
+        // With joints and weights of one set, which most skins have.
+        let influences = 32 * positions.len() as u64;
+        take_budget(&context.budget, bytes_of(surface).saturating_add(influences), place)?;
+        let surface = Surface {
+            positions: positions.clone(),
+            normals: normals.clone(),
+            tangents: tangents.clone(),
+            triangles: triangles.clone(),
+            ..Surface::default()
+        };
+        Ok(Self { surface, ..Self::default() })
+    }
+
+    fn posed(&self, weights: &[f32], joints: Option<&[Affine3]>) -> Surface {
+        let mut surface = self.surface.clone();
+        for (target, &weight) in self.targets.iter().zip(weights).filter(|(_, w)| **w != 0.0) {
+            target.add(&mut surface, weight);
+        }
+        if let Some(joints) = joints {
+            skin::apply(&mut surface, &self.influences, joints);
+        }
+        finish(&mut surface);
+        surface
+    }
+}
+
+/// The vertices of a mesh with other morph weights, and other places of its joints.
+pub(super) fn pose(bases: &[Base], weights: &[f32], joints: Option<&[Affine3]>) -> Mesh {
+    let mut mesh = Mesh::default();
+    merge(&mut mesh, bases.iter().map(|base| (base.posed(weights, joints), 0)).collect());
+    mesh
 }
 
 /// Builds a mesh; primitives that cannot be used are left out with a finding.
-pub(super) fn build(context: &Context, shape: &Shape) -> (Mesh, Findings) {
-    let mut findings = Findings::default();
+pub(super) fn build(context: &Context, shape: &Shape) -> Built {
+    let (mut findings, mut bases) = (Findings::default(), Vec::new());
     let json = &context.meshes[shape.mesh];
     let mut mesh = Mesh { name: name_of(json, shape.mesh), ..Mesh::default() };
     let mut surfaces = Vec::new();
@@ -59,13 +134,33 @@ pub(super) fn build(context: &Context, shape: &Shape) -> (Mesh, Findings) {
             continue;
         }
         match surface_of(context, shape, primitive, mode, &place) {
-            Ok(surface) if surface.triangles.is_empty() => {}
-            Ok(surface) => surfaces.push((surface, material_of(context, primitive))),
+            Ok((surface, _)) if surface.triangles.is_empty() => {}
+            Ok((surface, base)) => {
+                surfaces.push((surface, material_of(context, primitive)));
+                bases.extend(base);
+            }
             Err(fault) => findings.fault("UNUSABLE_PRIMITIVE", fault),
+        }
+        if shape.track.is_some() {
+            warn_of_looks(primitive, &place, &mut findings);
         }
     }
     merge(&mut mesh, surfaces);
-    (mesh, findings)
+    Built { mesh, bases, findings }
+}
+
+/// Morph weights that move leave texture coordinates and colours as they are at rest.
+fn warn_of_looks(primitive: &Json<'_>, place: &str, findings: &mut Findings) {
+    let is_look = |name: &str| name.starts_with("TEXCOORD_") || name.starts_with("COLOR_");
+    if primitive.list("targets").iter().any(|target| target.members().iter().any(|(name, _)| is_look(name))) {
+        let what = "texture coordinates and colours of morph targets do not move";
+        findings.warn(
+            "STILL_MORPH_TARGETS",
+            what,
+            &format!("{place}/targets"),
+            "they are those of the scene at rest",
+        );
+    }
 }
 
 fn material_of(context: &Context, primitive: &Json<'_>) -> u32 {
@@ -80,25 +175,48 @@ pub(super) fn name_of(json: &Json<'_>, index: usize) -> String {
     }
 }
 
-/// Reads a primitive, morphs it, and moves it with its joints.
+/// Reads a primitive, morphs it, and moves it with its joints. Also returns what poses it, if it moves.
 fn surface_of(
     context: &Context,
     shape: &Shape,
     primitive: &Json<'_>,
     mode: Mode,
     place: &str,
-) -> Result<Surface, Fault> {
+) -> Result<(Surface, Option<Base>), Fault> {
     let (mut surface, selection) = match FromDraco::read(&context.data, primitive, &context.limits, place)? {
         Some(source) => (read_draco(context, &source, place)?, None),
         None => read_accessors(context, primitive, mode, place)?,
     };
-    let weights: Vec<f32> = shape.weights.iter().map(|&bits| f32::from_bits(bits)).collect();
-    morph::apply(&mut surface, primitive, &weights, &context.data, selection.as_deref())?;
+    let (influences, selection) = (std::mem::take(&mut surface.influences), selection.as_deref());
+    let mut base = None;
+    if shape.track.is_some() {
+        let targets = read_targets(context, primitive, &surface, selection, place)?;
+        base = Some(Base { targets, ..Base::of(&surface, context, place)? });
+    }
+    morph::apply(&mut surface, primitive, &shape.weights(), &context.data, selection)?;
+    if base.is_none() && context.moves(shape) {
+        base = Some(Base::of(&surface, context, place)?);
+    }
     if let Some(joints) = shape.skin.and_then(|skin| context.joints.get(&skin)) {
-        skin::apply(&mut surface, joints);
+        skin::apply(&mut surface, &influences, joints);
     }
     finish(&mut surface);
-    Ok(surface)
+    base.iter_mut().for_each(|base| base.influences.clone_from(&influences));
+    Ok((surface, base))
+}
+
+/// All targets of a primitive with so many vertices.
+fn read_targets(
+    context: &Context,
+    primitive: &Json<'_>,
+    surface: &Surface,
+    selection: Option<&[u32]>,
+    place: &str,
+) -> Result<Vec<Target>, Fault> {
+    let targets = primitive.list("targets");
+    let attributes = targets.iter().map(|target| target.members().len() as u64).sum::<u64>();
+    take_budget(&context.budget, attributes.saturating_mul(12 * surface.positions.len() as u64), place)?;
+    targets.iter().map(|target| Target::read(target, &context.data, selection)).collect()
 }
 
 fn read_draco(context: &Context, source: &FromDraco<'_>, place: &str) -> Result<Surface, Fault> {
@@ -132,7 +250,6 @@ fn read_accessors(
 
 /// Unit normals and tangents. Tangents without normals do not count; the scene derives missing ones.
 fn finish(surface: &mut Surface) {
-    surface.influences.clear();
     repair_normals(surface);
     if surface.normals.is_empty() {
         surface.tangents.clear();
@@ -182,7 +299,8 @@ fn bytes_of(surface: &Surface) -> u64 {
     (surface.positions.len() * floats * 4 + surface.triangles.len() * 12) as u64
 }
 
-fn take_budget(budget: &AtomicU64, bytes: u64, place: &str) -> Result<(), Fault> {
+/// Takes bytes that are about to be made from what may still be made.
+pub(super) fn take_budget(budget: &AtomicU64, bytes: u64, place: &str) -> Result<(), Fault> {
     let take = |left: u64| left.checked_sub(bytes);
     match budget.fetch_update(Ordering::Relaxed, Ordering::Relaxed, take) {
         Ok(_) => Ok(()),

@@ -2,10 +2,11 @@
 //!
 //! The way of the data: `container` splits the file (a `blob`, which stays on disk if it is large), `json` parses the text, `validate` checks the document against
 //! the specification, `buffers`, `meshopt` and `accessor` give typed arrays, `mesh` (with `primitive`, `topology`), `material`
-//! (with `texture`, `image`), `camera`, `light` and `extras` turn the parts into the scene's, and `assemble` walks the
-//! nodes.
+//! (with `texture`, `image`), `camera`, `light` and `extras` turn the parts into the scene's, `assemble` walks the
+//! nodes, and `animation` keeps what moves.
 
 mod accessor;
+mod animation;
 mod assemble;
 mod buffers;
 mod camera;
@@ -39,9 +40,10 @@ use crate::{ImportError, LoadOptions};
 use assemble::Parsed;
 use container::Container;
 use findings::Findings;
+use mesh::Built;
 use rayon::prelude::*;
 use std::path::Path;
-use vastlight_scene::{Diagnostics, Mesh, SceneDesc};
+use vastlight_scene::{Diagnostics, SceneDesc};
 
 pub(crate) use stream::{file_size, stream};
 
@@ -60,17 +62,20 @@ pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, Impo
     Ok(desc)
 }
 
-/// The scene in a file with its meshes; an empty one if an error stands in `findings`.
+/// The scene in a file with its meshes and what moves it; an empty one if an error stands in `findings`.
 fn load_blob(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Findings) -> SceneDesc {
-    let parsed = parse(file, path, options, &mut Deferral::never(), findings);
-    let Some(Parsed { mut desc, shapes, context, .. }) = parsed else {
+    let parsed = parse(file, path, (options, true), &mut Deferral::never(), findings);
+    let Some(Parsed { mut desc, shapes, context, mut movement, .. }) = parsed else {
         return SceneDesc::default();
     };
-    let built: Vec<(Mesh, Findings)> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();
-    for (mesh, found) in built {
+    let built: Vec<Built> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();
+    for (Built { mesh, bases, findings: found }, shape) in built.into_iter().zip(&shapes) {
         findings.append(found);
+        let joints = shape.skin.and_then(|skin| context.joints.get(&skin));
+        movement.add_mesh(desc.meshes.len(), shape, bases, joints);
         desc.meshes.push(mesh);
     }
+    desc.motion = movement.finish(&desc);
     desc
 }
 
@@ -92,12 +97,12 @@ fn open(path: &Path, options: &LoadOptions) -> Result<Blob, ImportError> {
         .map_err(|error| ImportError::io(&error, path))
 }
 
-/// From a file to a description without meshes, and what they are made of; `None` if an error stands in `findings`. Texels of images
-/// that `deferral` is for come later.
+/// From a file to a description without meshes, and what they are made of, with what moves them if that is wanted; `None` if an error
+/// stands in `findings`. Texels of images that `deferral` is for come later.
 fn parse(
     file: &Blob,
     path: &Path,
-    options: &LoadOptions,
+    (options, animated): (&LoadOptions, bool),
     deferral: &mut Deferral,
     findings: &mut Findings,
 ) -> Option<Parsed> {
@@ -130,5 +135,5 @@ fn parse(
     let decoded = meshopt::decode_views(&root, &data, &options.limits, findings);
     data.set_decoded(decoded);
     validate::check_data(&root, &data, findings);
-    Some(assemble::assemble(&root, data, directory, options, deferral, findings))
+    Some(assemble::assemble(&root, data, directory, (options, animated), deferral, findings))
 }

@@ -10,19 +10,42 @@ use vastlight_math::glam::{DAffine3, DMat4, DQuat, DVec3};
 #[derive(Clone, Debug)]
 pub(super) struct Placed {
     pub(super) node: usize,
+    /// Number of its parent among the placed nodes.
+    pub(super) parent: Option<usize>,
     pub(super) world_from_node: DAffine3,
+}
+
+/// A node's transform relative to its parent in its parts.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parts {
+    pub(super) scale: DVec3,
+    pub(super) rotation: DQuat,
+    pub(super) translation: DVec3,
+}
+
+impl Parts {
+    /// What a node without a matrix says.
+    pub(super) fn read(node: &Json<'_>) -> Self {
+        let rotation = node.doubles("rotation").map_or(DQuat::IDENTITY, DQuat::from_array);
+        Self {
+            scale: node.doubles("scale").map_or(DVec3::ONE, DVec3::from_array),
+            rotation: if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY },
+            translation: node.doubles("translation").map_or(DVec3::ZERO, DVec3::from_array),
+        }
+    }
+
+    /// Scaled, then turned, then moved.
+    pub(super) fn transform(&self) -> DAffine3 {
+        DAffine3::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
+    }
 }
 
 /// A node's transform relative to its parent.
 pub(super) fn local_transform(node: &Json<'_>) -> DAffine3 {
-    if let Some(matrix) = node.doubles::<16>("matrix") {
-        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix));
+    match node.doubles::<16>("matrix") {
+        Some(matrix) => DAffine3::from_mat4(DMat4::from_cols_array(&matrix)),
+        None => Parts::read(node).transform(),
     }
-    let translation = node.doubles("translation").map_or(DVec3::ZERO, DVec3::from_array);
-    let rotation = node.doubles("rotation").map_or(DQuat::IDENTITY, DQuat::from_array);
-    let scale = node.doubles("scale").map_or(DVec3::ONE, DVec3::from_array);
-    let rotation = if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY };
-    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
 }
 
 /// All nodes below `roots`, parents before children, in file order. A node that is reached twice is placed once, so
@@ -30,18 +53,19 @@ pub(super) fn local_transform(node: &Json<'_>) -> DAffine3 {
 pub(super) fn place(root: &Json<'_>, roots: &[usize]) -> Vec<Placed> {
     let nodes = root.list("nodes");
     let mut seen = vec![false; nodes.len()];
-    let mut stack: Vec<(usize, DAffine3)> = roots.iter().rev().map(|&i| (i, DAffine3::IDENTITY)).collect();
-    let mut placed = Vec::new();
-    while let Some((index, world_from_parent)) = stack.pop() {
+    let mut stack: Vec<(usize, Option<usize>)> = roots.iter().rev().map(|&i| (i, None)).collect();
+    let mut placed: Vec<Placed> = Vec::new();
+    while let Some((index, parent)) = stack.pop() {
         let Some(node) = nodes.get(index).filter(|_| !seen[index]) else { continue };
         seen[index] = true;
         if node.extension("KHR_node_visibility").is_some_and(|e| *e.at("visible") == Json::Bool(false)) {
             continue;
         }
+        let world_from_parent = parent.map_or(DAffine3::IDENTITY, |p| placed[p].world_from_node);
         let world_from_node = world_from_parent * local_transform(node);
-        placed.push(Placed { node: index, world_from_node });
         let children = node.list("children").iter().rev().filter_map(Json::integer);
-        stack.extend(children.map(|child| (child, world_from_node)));
+        stack.extend(children.map(|child| (child, Some(placed.len()))));
+        placed.push(Placed { node: index, parent, world_from_node });
     }
     placed
 }
@@ -51,13 +75,37 @@ pub(super) fn to_f32(transform: &DAffine3) -> Affine3 {
     Affine3::from_mat3_translation(transform.matrix3.as_mat3(), transform.translation.as_vec3())
 }
 
-/// How many copies EXT_mesh_gpu_instancing makes, and their transforms relative to the node; `None` if the node has none.
+/// Copies of a node's mesh that EXT_mesh_gpu_instancing makes.
+#[derive(Clone, Debug)]
+pub(super) struct Copies {
+    count: usize,
+    translations: Option<Vec<[f32; 3]>>,
+    rotations: Option<Vec<[f32; 4]>>,
+    scales: Option<Vec<[f32; 3]>>,
+}
+
+impl Copies {
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// The space of the node from that of a copy.
+    pub(super) fn node_from_copy(&self, i: usize) -> DAffine3 {
+        let scale = self.scales.as_ref().map_or(DVec3::ONE, |s| double3(s[i]));
+        let rotation = self.rotations.as_ref().map_or(DQuat::IDENTITY, |r| double_quat(r[i]));
+        let translation = self.translations.as_ref().map_or(DVec3::ZERO, |t| double3(t[i]));
+        Parts { scale, rotation, translation }.transform()
+    }
+}
+
+/// The copies of a node's mesh; `None` if the node has none.
 pub(super) fn gpu_instances(
     node: &Json<'_>,
     data: &Data,
     place: &str,
     findings: &mut Findings,
-) -> Option<(usize, impl Fn(usize) -> DAffine3 + use<>)> {
+) -> Option<Copies> {
     let extension = node.extension("EXT_mesh_gpu_instancing")?;
     let attributes = extension.at("attributes");
     let place = format!("{place}/extensions/EXT_mesh_gpu_instancing/attributes");
@@ -86,13 +134,7 @@ pub(super) fn gpu_instances(
     if lengths.into_iter().flatten().any(|n| n != count) {
         return error("the attributes of the instances have different counts".into(), "");
     }
-    let transform = move |i: usize| {
-        let translation = translations.as_ref().map_or(DVec3::ZERO, |t| double3(t[i]));
-        let rotation = rotations.as_ref().map_or(DQuat::IDENTITY, |r| double_quat(r[i]));
-        let scale = scales.as_ref().map_or(DVec3::ONE, |s| double3(s[i]));
-        DAffine3::from_scale_rotation_translation(scale, rotation, translation)
-    };
-    Some((count, transform))
+    Some(Copies { count, translations, rotations, scales })
 }
 
 fn double3(v: [f32; 3]) -> DVec3 {

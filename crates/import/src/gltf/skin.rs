@@ -1,49 +1,76 @@
-//! Skins: vertices follow the joints' transforms at rest, once at load (linear blend skinning).
+//! Skins: vertices follow the joints' transforms, at rest or at a moment (linear blend skinning).
 
 use super::accessor::Data;
 use super::json::Json;
 use super::node;
-use super::primitive::Surface;
+use super::primitive::{Influences, Surface};
+use rayon::prelude::*;
 use vastlight_math::glam::{DAffine3, DMat4};
 use vastlight_math::{Affine3, Mat3, Vec3};
 
-/// World space from the space of a mesh in its bind pose, for each joint of a skin.
-pub(super) fn joint_matrices(
-    skin: &Json<'_>,
-    data: &Data,
-    world_from_node: &[Option<DAffine3>],
-) -> Vec<Affine3> {
-    let inverse_binds = skin.index("inverseBindMatrices").and_then(|i| data.floats::<16>(i, 0.0).ok());
-    let inverse_bind = |joint: usize| match inverse_binds.as_ref().and_then(|m| m.get(joint)) {
-        Some(matrix) => DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from))),
-        None => DAffine3::IDENTITY,
-    };
-    let joints = skin.list("joints").iter().enumerate();
-    let matrix = |(i, joint): (usize, &Json<'_>)| {
-        let world = joint.integer().and_then(|j| world_from_node.get(j).copied().flatten());
-        node::to_f32(&(world.unwrap_or(DAffine3::IDENTITY) * inverse_bind(i)))
-    };
-    joints.map(matrix).collect()
+/// A skin's joints: the node of each, and its space from that of the mesh in its bind pose.
+#[derive(Clone, Debug)]
+pub(super) struct Skin {
+    joints: Vec<(Option<usize>, DAffine3)>,
+}
+
+impl Skin {
+    /// Reads a skin; a joint without a usable matrix gets that which changes nothing.
+    pub(super) fn read(json: &Json<'_>, data: &Data) -> Self {
+        let inverse_binds = json.index("inverseBindMatrices").and_then(|i| data.floats::<16>(i, 0.0).ok());
+        let inverse_bind = |joint: usize| match inverse_binds.as_ref().and_then(|m| m.get(joint)) {
+            Some(matrix) => DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from))),
+            None => DAffine3::IDENTITY,
+        };
+        let joints = json.list("joints").iter().enumerate();
+        Self { joints: joints.map(|(i, joint)| (joint.integer(), inverse_bind(i))).collect() }
+    }
+
+    /// The nodes that are joints.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = usize> {
+        self.joints.iter().filter_map(|(node, _)| *node)
+    }
+
+    /// World space from the space of a mesh in its bind pose, for each joint. Joints outside of the scene stand at its origin.
+    pub(super) fn matrices(&self, world_from_node: impl Fn(usize) -> Option<DAffine3>) -> Vec<Affine3> {
+        let world = |node: Option<usize>| node.and_then(&world_from_node).unwrap_or(DAffine3::IDENTITY);
+        self.joints.iter().map(|(node, from_bind)| node::to_f32(&(world(*node) * *from_bind))).collect()
+    }
 }
 
 /// Moves the vertices of a surface to the world space of its joints.
-pub(super) fn apply(surface: &mut Surface, joints: &[Affine3]) {
-    let influences = std::mem::take(&mut surface.influences);
-    for v in 0..surface.positions.len() {
+pub(super) fn apply(surface: &mut Surface, influences: &[Influences], joints: &[Affine3]) {
+    let vertices = surface.positions.len();
+    let blended = |v: usize| {
         let weighted = influences
             .iter()
             .filter_map(|(joints, weights)| Some((joints.get(v)?, weights.get(v)?)))
             .flat_map(|(j, w)| j.iter().copied().zip(w.iter().copied()));
-        let Some(world_from_bind) = blend(weighted, joints) else { continue };
-        surface.positions[v] = world_from_bind.transform_point3(surface.positions[v]);
-        if let Some(normal) = surface.normals.get_mut(v) {
-            *normal = transform_normal(world_from_bind.matrix3, *normal);
+        blend(weighted, joints)
+    };
+    let blended: Vec<Option<Affine3>> =
+        (0..vertices).into_par_iter().with_min_len(CHUNK).map(blended).collect();
+    move_all(&mut surface.positions, &blended, |map, position| map.transform_point3(position));
+    move_all(&mut surface.normals, &blended, |map, normal| transform_normal(map.matrix3, normal));
+    move_all(&mut surface.tangents, &blended, |map, tangent| {
+        let direction = map.transform_vector3(tangent.truncate());
+        direction.normalize_or(tangent.truncate()).extend(tangent.w)
+    });
+}
+
+/// Vertices that one thread moves at a time, at least.
+const CHUNK: usize = 4096;
+
+fn move_all<V: Copy + Send>(
+    values: &mut [V],
+    maps: &[Option<Affine3>],
+    moved: impl Fn(&Affine3, V) -> V + Sync,
+) {
+    values.par_iter_mut().with_min_len(CHUNK).zip(maps).for_each(|(value, map)| {
+        if let Some(map) = map {
+            *value = moved(map, *value);
         }
-        if let Some(tangent) = surface.tangents.get_mut(v) {
-            let direction = world_from_bind.transform_vector3(tangent.truncate());
-            *tangent = direction.normalize_or(tangent.truncate()).extend(tangent.w);
-        }
-    }
+    });
 }
 
 /// The weighted mean of joint matrices; `None` if no weight counts.

@@ -5,7 +5,7 @@ use super::buffers::{self, Sources};
 use super::container::{self, Container};
 use super::findings::Findings;
 use super::json::{self, Json};
-use super::mesh::{self, Shape};
+use super::mesh::{self, Built, Shape};
 use super::model::Accessor;
 use super::topology::Mode;
 use super::{Parsed, image, meshopt, open, parse};
@@ -21,7 +21,7 @@ const TREE: u64 = 4;
 /// Bytes of a placement on its way: as the file has it, in the scene's table, and in that of its piece.
 const PLACED_BYTES: u64 = 104;
 
-/// The scene of [`super::load`], mesh by mesh.
+/// The scene of [`super::load`] at rest, mesh by mesh; meshes that only movement tells apart are one.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -30,8 +30,8 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     let mut findings = Findings::default();
     let place = path.display().to_string();
     let mut deferral = Deferral::of_large();
-    let parsed = parse(&file, path, options, &mut deferral, &mut findings);
-    let Some(Parsed { mut desc, shapes, context, files }) = parsed else {
+    let parsed = parse(&file, path, (options, false), &mut deferral, &mut findings);
+    let Some(Parsed { mut desc, shapes, context, files, .. }) = parsed else {
         let mut desc = vastlight_scene::SceneDesc::default();
         findings.report(&place, &mut desc.diagnostics);
         return Ok(SceneStream::from(desc).into());
@@ -42,7 +42,7 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     desc.meshes = vec![Mesh::default(); shapes.len()];
     let SceneStream { desc, pieces: placements, .. } = desc.into();
     let make = move |(shape, placed): (Shape, Result<Piece, SceneError>)| {
-        let (mesh, found) = mesh::build(&context, &shape);
+        let Built { mesh, findings: found, .. } = mesh::build(&context, &shape);
         let mut diagnostics = Diagnostics::default();
         found.report(&place, &mut diagnostics);
         match diagnostics.first_error() {

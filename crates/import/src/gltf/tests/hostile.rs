@@ -14,6 +14,13 @@ fn rich() -> Builder {
     let weights = builder.floats(&[[1.0_f32, 0.0, 0.0, 0.0]; 3], "VEC4");
     let deltas = builder.positions(&[[0.0, 0.0, 1.0], [0.0, 0.0, 2.0], [0.0, 0.0, 4.0]]);
     let indices = builder.indices(&[0, 1, 2]);
+    let morphs = builder.floats(&[[0.0_f32], [1.0], [0.5]], "SCALAR");
+    let turns =
+        builder.floats(&[[0.0_f32, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0]], "VEC4");
+    let moved = builder.floats(&[[1.0_f32, 0.0, 0.0]; 9], "VEC3");
+    builder.channel(1, "rotation", "LINEAR", &[0.0, 0.5, 1.0], turns);
+    builder.channel(2, "translation", "CUBICSPLINE", &[0.0, 0.5, 1.0], moved);
+    builder.channel(0, "weights", "STEP", &[0.0, 0.5, 1.0], morphs);
     let changed = builder.view(&2_u32.to_le_bytes(), 0);
     builder.json["accessors"][normals]["sparse"] = json!({"count": 1,
         "indices": {"bufferView": changed, "componentType": 5125}, "values": {"bufferView": 0, "byteOffset": 12}});
@@ -35,6 +42,27 @@ fn rich() -> Builder {
 
 fn load(bytes: &[u8]) -> vastlight_scene::SceneDesc {
     load_bytes(bytes, &LoadOptions::default())
+}
+
+/// Whatever was let through makes a scene, or is refused by it, and so it is at a moment.
+fn use_scene(desc: vastlight_scene::SceneDesc) {
+    if let Some(motion) = &desc.motion {
+        for time in [f32::NAN, motion.duration()] {
+            drop(motion.pose(time));
+        }
+        if let Ok(moved) = desc.clone().at(0.3) {
+            drop(vastlight_scene::Scene::new(moved));
+        }
+    }
+    drop(vastlight_scene::Scene::new(desc));
+}
+
+#[test]
+fn the_rich_file_moves() {
+    let desc = load(&rich().glb());
+    let pose = desc.motion.unwrap_or_else(|| panic!("{:?}", desc.diagnostics)).pose(0.7).expect("a pose");
+    let counts = [pose.meshes.len(), pose.instances.len(), pose.cameras.len(), pose.lights.len()];
+    assert_eq!(counts, [1, 3, 1, 0]);
 }
 
 #[test]
@@ -95,8 +123,7 @@ fn any_value_may_be_any_other_value() {
             let mut changed = Builder { json: builder.json.clone(), bin: builder.bin.clone() };
             *changed.json.pointer_mut(place).expect("a place") = value.clone();
             let desc = load(&changed.glb());
-            // Whatever was let through makes a scene, or is refused by it.
-            drop(vastlight_scene::Scene::new(desc));
+            use_scene(desc);
         }
     }
 }
@@ -111,7 +138,7 @@ proptest! {
             let at = index.index(glb.len());
             glb[at] = byte;
         }
-        drop(vastlight_scene::Scene::new(load(&glb)));
+        use_scene(load(&glb));
     }
 }
 
@@ -136,4 +163,16 @@ fn small_files_cannot_ask_for_much_memory() {
     builder.json["nodes"] = json!(vec![node; 1000]);
     builder.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
     assert!(builder.error().contains("instances"), "{}", builder.error());
+    // Thousands of samplers that share a few million zeros.
+    let mut builder = Builder::triangle();
+    let zeros = builder.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 4_000_000}));
+    let times = builder.push(
+        "accessors",
+        json!({"componentType": 5126, "type": "SCALAR", "count": 4_000_000, "min": [0], "max": [0]}),
+    );
+    builder.json["nodes"] = json!(vec![json!({"mesh": 0}); 1000]);
+    let channel = |i: usize| json!({"sampler": i, "target": {"node": i, "path": "scale"}});
+    builder.json["animations"] = json!([{"samplers": vec![json!({"input": times, "output": zeros}); 1000],
+        "channels": (0..1000).map(channel).collect::<Vec<_>>()}]);
+    assert!(builder.error().contains("beyond the limit of memory"), "{}", builder.error());
 }

@@ -1,5 +1,6 @@
 //! Small files made here, one feature each, and hostile variants of them.
 
+mod animation;
 mod builder;
 mod compression;
 mod geometry;

@@ -1,0 +1,227 @@
+//! Animations: what moves a document's nodes, skins and morph targets, at any moment.
+//!
+//! `choice` finds the animation, `channels` reads its keys (`keys`), `hierarchy` follows nodes and those below them. [`Movement`] notes
+//! which instances, cameras, lights and meshes hang on them while the scene is assembled, and is the scene's motion in the end.
+
+mod channels;
+mod choice;
+mod hierarchy;
+mod keys;
+
+pub(super) use choice::choose;
+
+use super::accessor::Data;
+use super::camera::without_scale;
+use super::findings::Findings;
+use super::json::Json;
+use super::mesh::{self, Base, Shape};
+use super::node::{self, Copies, Placed};
+use super::skin::Skin;
+use channels::{Channels, Tracks};
+use hierarchy::Hierarchy;
+use keys::Keys;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU64;
+use vastlight_math::Affine3;
+use vastlight_math::glam::DAffine3;
+use vastlight_scene::{Camera, MeshPose, Motion, Pose, SceneDesc, SceneError};
+
+/// What moves a scene. Numbers of nodes are those of the hierarchy, others those of the scene.
+#[derive(Debug, Default)]
+pub(super) struct Movement {
+    duration: f32,
+    hierarchy: Hierarchy,
+    /// By node of the document, the sampler and the keys of its morph weights.
+    weights: BTreeMap<usize, (usize, Arc<Keys>)>,
+    instances: Vec<MovingInstances>,
+    /// Cameras at rest, with their nodes.
+    cameras: Vec<(u32, usize, Option<Camera>)>,
+    lights: Vec<(u32, usize)>,
+    skins: BTreeMap<usize, MovingSkin>,
+    meshes: Vec<MovingMesh>,
+}
+
+/// Instances that a node places.
+#[derive(Debug)]
+struct MovingInstances {
+    node: usize,
+    first: usize,
+    copies: Option<Copies>,
+}
+
+/// A skin in use that has joints which move.
+#[derive(Debug)]
+struct MovingSkin {
+    skin: Skin,
+    /// Joints that do not move, by node of the document.
+    still: BTreeMap<usize, DAffine3>,
+}
+
+/// A mesh whose vertices move.
+#[derive(Debug)]
+struct MovingMesh {
+    mesh: u32,
+    bases: Vec<Base>,
+    /// Of morph weights.
+    keys: Option<Arc<Keys>>,
+    /// Matrices of joints that move.
+    skin: Option<usize>,
+    /// Matrices of joints that do not.
+    joints: Option<Vec<Affine3>>,
+}
+
+impl Movement {
+    /// What an animation of that number moves.
+    pub(super) fn new(
+        root: &Json<'_>,
+        (index, animation): (usize, &Json<'_>),
+        placed: &[Placed],
+        data: &Data,
+        budget: &AtomicU64,
+        findings: &mut Findings,
+    ) -> Self {
+        let place = format!("/animations/{index}");
+        let channels = Channels::read(animation, &place, data, budget, findings);
+        let hierarchy = Hierarchy::new(root, placed, &channels);
+        let weights = |(node, tracks): (usize, Tracks)| Some((node, tracks.weights?));
+        let duration = channels.duration;
+        Self {
+            duration,
+            hierarchy,
+            weights: channels.of_node.into_iter().filter_map(weights).collect(),
+            ..Self::default()
+        }
+    }
+
+    /// The sampler that moves the morph weights of a node of the document.
+    pub(super) fn weights_of(&self, node: usize) -> Option<usize> {
+        self.weights.get(&node).map(|(sampler, _)| *sampler)
+    }
+
+    /// Notes the instances of a node of the document, from that number on.
+    pub(super) fn add_instances(&mut self, node: usize, first: usize, copies: Option<Copies>) {
+        if let Some(node) = self.hierarchy.number(node) {
+            self.instances.push(MovingInstances { node, first, copies });
+        }
+    }
+
+    /// Notes the cameras of a node of the document.
+    pub(super) fn add_cameras(&mut self, node: usize, cameras: Range<usize>) {
+        let Some(node) = self.hierarchy.number(node) else { return };
+        self.cameras.extend(cameras.map(|camera| (camera as u32, node, None)));
+    }
+
+    /// Notes the lights of a node of the document.
+    pub(super) fn add_lights(&mut self, node: usize, lights: Range<usize>) {
+        let Some(node) = self.hierarchy.number(node) else { return };
+        self.lights.extend(lights.map(|light| (light as u32, node)));
+    }
+
+    /// Notes a skin in use if it has joints that move; `at_rest` says where nodes of the document are.
+    pub(super) fn add_skin(&mut self, index: usize, skin: Skin, at_rest: impl Fn(usize) -> Option<DAffine3>) {
+        let (moving, still): (Vec<usize>, Vec<usize>) =
+            skin.nodes().partition(|&node| self.hierarchy.number(node).is_some());
+        if !moving.is_empty() {
+            let still = still.into_iter().filter_map(|node| Some((node, at_rest(node)?))).collect();
+            self.skins.insert(index, MovingSkin { skin, still });
+        }
+    }
+
+    /// Skins with joints that move.
+    pub(super) fn moving_skins(&self) -> impl Iterator<Item = usize> {
+        self.skins.keys().copied()
+    }
+
+    /// Notes a mesh of the scene if its vertices move; `at_rest` are the matrices of its joints if it has some.
+    pub(super) fn add_mesh(
+        &mut self,
+        mesh: usize,
+        shape: &Shape,
+        bases: Vec<Base>,
+        at_rest: Option<&Vec<Affine3>>,
+    ) {
+        if bases.is_empty() {
+            return;
+        }
+        let skin = shape.skin.filter(|skin| self.skins.contains_key(skin));
+        let joints = at_rest.filter(|_| skin.is_none()).cloned();
+        let keys = self.weights.values().find(|(sampler, _)| Some(*sampler) == shape.track);
+        let keys = keys.map(|(_, keys)| Arc::clone(keys));
+        self.meshes.push(MovingMesh { mesh: mesh as u32, bases, keys, skin, joints });
+    }
+
+    /// The motion of a scene whose tables are complete; `None` if nothing moves.
+    pub(super) fn finish(mut self, desc: &SceneDesc) -> Option<Arc<dyn Motion>> {
+        for (camera, _, at_rest) in &mut self.cameras {
+            *at_rest = desc.cameras.get(*camera as usize).cloned();
+        }
+        let counts = [self.instances.len(), self.cameras.len(), self.lights.len(), self.meshes.len()];
+        (counts != [0; 4]).then(|| Arc::new(self) as Arc<dyn Motion>)
+    }
+}
+
+impl Motion for Movement {
+    fn duration(&self) -> f32 {
+        self.duration
+    }
+
+    fn pose(&self, time: f32) -> Result<Pose, SceneError> {
+        let places = self.hierarchy.places(time)?;
+        let matrices: BTreeMap<usize, Vec<Affine3>> = self
+            .skins
+            .iter()
+            .map(|(index, skin)| (*index, skin.matrices(&self.hierarchy, &places)))
+            .collect();
+        let camera = |(camera, node, at_rest): &(u32, usize, Option<Camera>)| {
+            let world_from_camera = node::to_f32(&without_scale(&places[*node]));
+            Some((*camera, Camera { world_from_camera, ..at_rest.clone()? }))
+        };
+        let light = |(light, node): &(u32, usize)| (*light, node::to_f32(&without_scale(&places[*node])));
+        Ok(Pose {
+            meshes: self.meshes.par_iter().map(|mesh| mesh.pose(time, &matrices)).collect(),
+            instances: self
+                .instances
+                .iter()
+                .flat_map(|instances| instances.places(&places[instances.node]))
+                .collect(),
+            cameras: self.cameras.iter().filter_map(camera).collect(),
+            lights: self.lights.iter().map(light).collect(),
+        })
+    }
+}
+
+impl MovingInstances {
+    fn places(&self, world_from_node: &DAffine3) -> impl Iterator<Item = (u32, Affine3)> {
+        let count = self.copies.as_ref().map_or(1, Copies::len);
+        (0..count).map(move |i| {
+            let copies = self.copies.as_ref();
+            let node_from_copy = copies.map_or(DAffine3::IDENTITY, |copies| copies.node_from_copy(i));
+            ((self.first + i) as u32, node::to_f32(&(*world_from_node * node_from_copy)))
+        })
+    }
+}
+
+impl MovingSkin {
+    fn matrices(&self, hierarchy: &Hierarchy, places: &[DAffine3]) -> Vec<Affine3> {
+        let moving = |node: usize| hierarchy.number(node).map(|number| places[number]);
+        self.skin.matrices(|node| moving(node).or_else(|| self.still.get(&node).copied()))
+    }
+}
+
+impl MovingMesh {
+    fn pose(&self, time: f32, matrices: &BTreeMap<usize, Vec<Affine3>>) -> MeshPose {
+        let weights = self.keys.as_ref().map_or_else(Vec::new, |keys| keys.numbers(time));
+        let moving = self.skin.and_then(|skin| matrices.get(&skin));
+        let joints = moving.or(self.joints.as_ref()).map(Vec::as_slice);
+        let mesh = mesh::pose(&self.bases, &weights, joints);
+        MeshPose {
+            mesh: self.mesh,
+            positions: mesh.positions,
+            normals: mesh.normals,
+            tangents: mesh.tangents,
+        }
+    }
+}
