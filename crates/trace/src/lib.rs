@@ -6,6 +6,7 @@
 pub mod bench;
 mod bundle;
 mod flight;
+mod follow;
 mod grid;
 mod hit;
 mod implicit;
@@ -25,6 +26,7 @@ mod usage;
 mod walk;
 pub mod words;
 
+pub use follow::{FollowReport, UpdateMethod};
 pub use hit::{AcceptAll, Hit, HitFilter};
 pub use mesh::Layout;
 pub use pose::{PoseError, PoseReport};

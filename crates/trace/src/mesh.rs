@@ -1,5 +1,6 @@
 //! A mesh in one of its layouts.
 
+use crate::follow::MovingMesh;
 use crate::instance::MeshSpace;
 use std::sync::Arc;
 use vastlight_accel::compact::CompactMesh;
@@ -37,7 +38,16 @@ impl Layout {
 #[derive(Debug)]
 pub(crate) enum MeshTree {
     Wide(MeshBvh),
+    /// The same, kept with what updating it needs.
+    Moving(Box<MovingMesh>),
     Compact(Arc<CompactMesh>),
+}
+
+/// A mesh, whatever else is kept with it.
+#[derive(Clone, Copy)]
+enum Kind<'a> {
+    Wide(&'a MeshBvh),
+    Compact(&'a CompactMesh),
 }
 
 /// What the leaves of a mesh's upper nodes are.
@@ -48,18 +58,27 @@ pub(crate) enum Leaves<'a> {
 }
 
 impl MeshTree {
-    pub(crate) fn space(&self) -> MeshSpace {
+    #[inline(always)]
+    fn kind(&self) -> Kind<'_> {
         match self {
-            Self::Wide(m) => MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale },
-            Self::Compact(m) => MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale },
+            Self::Wide(m) => Kind::Wide(m),
+            Self::Moving(m) => Kind::Wide(m.bvh()),
+            Self::Compact(m) => Kind::Compact(m),
+        }
+    }
+
+    pub(crate) fn space(&self) -> MeshSpace {
+        match self.kind() {
+            Kind::Wide(m) => MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale },
+            Kind::Compact(m) => MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale },
         }
     }
 
     /// Nodes on the longest way from the root to a block.
     pub(crate) fn levels(&self) -> usize {
-        match self {
-            Self::Wide(m) => m.levels,
-            Self::Compact(m) => m.levels,
+        match self.kind() {
+            Kind::Wide(m) => m.levels,
+            Kind::Compact(m) => m.levels,
         }
     }
 
@@ -67,49 +86,50 @@ impl MeshTree {
     pub(crate) fn bytes(&self) -> usize {
         match self {
             Self::Wide(m) => m.bytes(),
+            Self::Moving(m) => m.bytes(),
             Self::Compact(m) => m.bytes(),
         }
     }
 
     /// Bytes of the triangles' numbers.
     pub(crate) fn number_bytes(&self) -> usize {
-        match self {
-            Self::Wide(m) => m.blocks.len() * size_of::<[u32; 8]>(),
-            Self::Compact(m) => m.shares.numbers,
+        match self.kind() {
+            Kind::Wide(m) => m.blocks.len() * size_of::<[u32; 8]>(),
+            Kind::Compact(m) => m.shares.numbers,
         }
     }
 
     #[inline(always)]
     pub(crate) fn root(&self) -> Option<ChildRef> {
-        match self {
-            Self::Wide(m) => m.root,
-            Self::Compact(m) => m.root,
+        match self.kind() {
+            Kind::Wide(m) => m.root,
+            Kind::Compact(m) => m.root,
         }
     }
 
     /// The nodes below the root as far as they have full boxes.
     #[inline(always)]
     pub(crate) fn nodes(&self) -> &[Node8] {
-        match self {
-            Self::Wide(m) => &m.nodes,
-            Self::Compact(m) => &m.nodes,
+        match self.kind() {
+            Kind::Wide(m) => &m.nodes,
+            Kind::Compact(m) => &m.nodes,
         }
     }
 
     /// What is below these.
     #[inline(always)]
     pub(crate) fn leaves(&self) -> Leaves<'_> {
-        match self {
-            Self::Wide(m) => Leaves::Blocks(&m.blocks),
-            Self::Compact(m) => Leaves::Pages(m),
+        match self.kind() {
+            Kind::Wide(m) => Leaves::Blocks(&m.blocks),
+            Kind::Compact(m) => Leaves::Pages(m),
         }
     }
 
     #[inline(always)]
     pub(crate) fn memory(&self) -> Memory {
-        match self {
-            Self::Wide(m) => Memory::new(&m.nodes, &m.blocks),
-            Self::Compact(m) => Memory::new(&m.nodes, &m.roots),
+        match self.kind() {
+            Kind::Wide(m) => Memory::new(&m.nodes, &m.blocks),
+            Kind::Compact(m) => Memory::new(&m.nodes, &m.roots),
         }
     }
 }

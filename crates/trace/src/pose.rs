@@ -2,15 +2,16 @@
 //!
 //! Hits do not depend on how structures came to be, so a posed tracer gives the hits of one that is built anew.
 
+use crate::follow::{Building, FollowReport, MovingMesh};
 use crate::implicit::Implicits;
 use crate::instance::MeshSpace;
 use crate::mesh::MeshTree;
 use crate::tracer::{milliseconds, view};
 use crate::{Layout, TopLevel, TraceError, Tracer};
 use std::time::Instant;
+use vastlight_accel::BuildConfig;
 use vastlight_accel::wide::traverse::stack_entries;
-use vastlight_accel::wide::{InstanceBvh, MeshBvh, Still};
-use vastlight_accel::{BuildConfig, Scratch};
+use vastlight_accel::wide::{InstanceBvh, Still};
 use vastlight_math::Aabb;
 use vastlight_scene::{Change, Pose, Scene, SceneError};
 
@@ -32,8 +33,8 @@ pub struct PoseReport {
     pub ms: f64,
     /// Of these, putting vertices and places into the scene.
     pub scene_ms: f64,
-    /// Of these, the structures of meshes.
-    pub meshes_ms: f64,
+    /// The structures of meshes.
+    pub meshes: Vec<FollowReport>,
     /// Of these, what is above the meshes.
     pub top_ms: f64,
     /// What changed.
@@ -68,7 +69,7 @@ impl Tracer {
         let scene_ms = milliseconds(start.elapsed());
         let mut report = PoseReport { scene_ms, ..PoseReport::default() };
         if self.follows() {
-            report.meshes_ms = self.follow_meshes(scene, &change)?;
+            report.meshes = self.follow_meshes(scene, &change)?;
             report.top_ms = self.follow_instances(scene, &change, named)?;
         } else {
             *self = Self::new(scene, &self.config)?;
@@ -77,24 +78,40 @@ impl Tracer {
         Ok(PoseReport { ms: milliseconds(start.elapsed()), change, ..report })
     }
 
+    /// Says how long tracing takes from one pose to the next, in milliseconds: where it takes long, structures are updated with
+    /// more care.
+    pub fn expect_tracing(&mut self, ms: f64) {
+        self.trace_ms = ms;
+    }
+
     /// Whether the structures can be updated; others are built anew.
     fn follows(&self) -> bool {
         self.kd.is_none() && self.config.layout == Layout::Wide && self.config.top == TopLevel::Tree
     }
 
-    /// Updates the structures of meshes with other vertices; says how long it took.
-    fn follow_meshes(&mut self, scene: &Scene, change: &Change) -> Result<f64, TraceError> {
-        let start = Instant::now();
-        let config = self.build_config();
+    /// Updates the structures of meshes with other vertices.
+    fn follow_meshes(&mut self, scene: &Scene, change: &Change) -> Result<Vec<FollowReport>, TraceError> {
+        let method = self.config.update;
+        let (config, trace_ms) = (self.build_config(), self.trace_ms);
+        let accel = if self.config.rebuild.is_empty() { self.report.accel } else { &self.config.rebuild };
+        let mut reports = Vec::new();
+        let mut building = Building { accel, config, scratch: &mut self.scratch };
         for &mesh in &change.meshes {
             if scene.instances().of_mesh(mesh).is_empty() {
                 continue;
             }
             let view = view(scene.meshes().get(mesh as usize));
-            let (bvh, _) = MeshBvh::build(self.report.accel, &view, &config, &mut Scratch::default())?;
-            self.meshes[mesh as usize] = MeshTree::Wide(bvh);
+            let tree = &mut self.meshes[mesh as usize];
+            reports.push(match tree {
+                MeshTree::Moving(moving) => moving.follow(&view, method, trace_ms, &mut building)?,
+                _ => {
+                    let (moving, report) = MovingMesh::new(&view, method, &mut building)?;
+                    *tree = MeshTree::Moving(Box::new(moving));
+                    report
+                }
+            });
         }
-        Ok(milliseconds(start.elapsed()))
+        Ok(reports)
     }
 
     /// Places what moved, and builds the tree over it; says how long it took. `named` are the instances that the pose names,

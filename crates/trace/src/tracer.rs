@@ -1,5 +1,6 @@
 //! A scene made traceable.
 
+use crate::follow::UpdateMethod;
 use crate::grid::GridTop;
 use crate::implicit::Implicits;
 use crate::instance::{MeshSpace, Places};
@@ -44,6 +45,10 @@ pub struct TracerConfig {
     pub top: TopLevel,
     /// Trace every ray by itself, also those that go the same way: to measure what bundles are worth.
     pub single_rays: bool,
+    /// How structures of meshes follow poses with other vertices.
+    pub update: UpdateMethod,
+    /// Name of the builder of meshes that move; empty for `accel`.
+    pub rebuild: String,
 }
 
 /// What is above the meshes of a scene.
@@ -130,6 +135,10 @@ pub struct Tracer {
     /// Once the scene was posed: what moves, in the top level.
     pub(crate) movers: Option<Movers>,
     pub(crate) config: TracerConfig,
+    /// Memory for building what moves.
+    pub(crate) scratch: Scratch,
+    /// What tracing takes between poses; 0 where nobody said.
+    pub(crate) trace_ms: f64,
     level: Level,
     pub(crate) report: BuildReport,
 }
@@ -281,6 +290,8 @@ impl Tracer {
             stack_entries,
             movers: None,
             config: TracerConfig::default(),
+            scratch: Scratch::default(),
+            trace_ms: 0.0,
             level: build.level,
             report,
         })
@@ -325,6 +336,8 @@ impl Tracer {
             bundles: false,
             movers: None,
             config: TracerConfig::default(),
+            scratch: Scratch::default(),
+            trace_ms: 0.0,
             level,
             report,
         })

@@ -92,7 +92,11 @@ impl Session {
     /// # Errors
     /// Those of [`render`](crate::render()).
     pub fn render(&mut self, request: &RenderRequest, control: &Control<'_>) -> Result<Rendered, Error> {
-        render_keeping(&self.open, request, control, &mut self.kept)
+        let rendered = render_keeping(&self.open, request, control, &mut self.kept)?;
+        if let Some((_, tracer)) = &mut self.kept.tracer {
+            tracer.expect_tracing(rendered.stats.render_ms);
+        }
+        Ok(rendered)
     }
 }
 

@@ -37,11 +37,6 @@ impl Turn {
         p + t * self.w + self.v.cross(t)
     }
 
-    /// The opposite turn.
-    pub(super) fn inverse(self) -> Self {
-        Self { w: self.w, v: -self.v }
-    }
-
     /// The cosine of half the angle between two turns; negative where one of them is better negated.
     pub(super) fn dot(self, other: Self) -> f32 {
         self.w * other.w + self.v.dot(other.v)

@@ -7,7 +7,7 @@ use vastlight_math::glam::Quat;
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Instance, Mesh, MeshPose, Motion, Pose, Scene, SceneDesc, SceneError};
 use vastlight_simd::Level;
-use vastlight_trace::{Hit, Tracer, TracerConfig};
+use vastlight_trace::{Hit, Tracer, TracerConfig, UpdateMethod};
 
 /// A ball that pulsates and grows very large, a soup that stands still, walls, and instances that turn, vanish and come again.
 #[derive(Debug)]
@@ -75,16 +75,22 @@ fn fresh(time: f32) -> Tracer {
 
 #[test]
 fn a_tracer_that_follows_gives_the_hits_of_one_built_anew() {
-    for accel in ACCELS {
+    let over = |accel: &&'static str| (*accel, UpdateMethod::Auto);
+    let default = UpdateMethod::ALL.map(|method| ("", method));
+    for (accel, update) in default.into_iter().chain(ACCELS[1..].iter().map(over)) {
         let mut scene = Scene::new(mixed()).expect("valid");
         let mut tracer = tracer_over(accel, &scene, Level::detect());
+        if accel.is_empty() {
+            let config = TracerConfig { update, ..TracerConfig::default() };
+            tracer = Tracer::new(&scene, &config).expect("built");
+        }
         let motion = Arc::clone(scene.motion().expect("it moves"));
-        for time in [0.25, 1.0, 1.5, 7.75, 8.0, 8.5, 3.25, 0.0] {
+        for time in [0.25, 1.0, 1.5, 7.75, 8.0, 8.5, 3.25, 2.5, 2.0, 0.75, 0.1, 0.2, 0.3, 0.4, 0.6, 0.0] {
             let pose = motion.pose(time).expect("a moment");
             let report = tracer.pose(&mut scene, pose).expect("fits");
             assert_eq!(report.change.meshes, [BALL]);
             let expected = answers(&fresh(time), time);
-            assert_eq!(answers(&tracer, time), expected, "{accel} at {time}");
+            assert_eq!(answers(&tracer, time), expected, "{accel} {update:?} at {time}");
             let hits = expected.0.iter().filter(|hit| hit.is_hit()).count();
             assert!((50..2000).contains(&hits), "{hits} hits at {time}");
         }

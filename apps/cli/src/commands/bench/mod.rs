@@ -9,6 +9,7 @@ mod path;
 mod sort;
 mod texture;
 mod trace;
+mod update;
 
 use crate::arguments::Common;
 use crate::exit::Exit;
@@ -34,12 +35,14 @@ enum What {
     Ooc(Box<ooc::Ooc>),
     Texture(Box<texture::Texture>),
     Caustics(caustics::Caustics),
+    Update(Box<update::Update>),
+    Animate(Box<update::Animate>),
 }
 
 impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
-        !matches!(self.what, What::Ooc(_) | What::Texture(_))
+        !matches!(self.what, What::Ooc(_) | What::Texture(_) | What::Update(_) | What::Animate(_))
     }
 }
 
@@ -52,6 +55,8 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
         What::Ooc(arguments) => ooc::run(arguments, common),
         What::Texture(arguments) => texture::run(arguments, common),
         What::Caustics(arguments) => caustics::run(arguments, common),
+        What::Update(arguments) => update::update(arguments, common),
+        What::Animate(arguments) => update::animate(arguments, common),
         What::Path(arguments) => path::run(arguments, common, start),
     }
 }
