@@ -63,7 +63,7 @@ fn variants() -> Vec<(&'static str, Method, UpdateConfig)> {
         ("dM .05 dE .01", Method::Clustered, UpdateConfig { d_m: 0.05, d_e: 0.01, ..base }),
         ("dM .01 dE .05", Method::Clustered, UpdateConfig { d_m: 0.01, d_e: 0.05, ..base }),
         ("whole regions", Method::Clustered, UpdateConfig { region: Region::Leaves, ..base }),
-        ("with rotations", Method::Clustered, with(Stages { rotate: true, ..stages })),
+        ("no rotations", Method::Clustered, with(Stages { rotate: false, ..stages })),
         ("no parting", Method::Clustered, with(Stages { part: false, ..stages })),
         ("no rebuild", Method::Clustered, with(Stages { rebuild: false, ..stages })),
         ("no migration", Method::Clustered, with(Stages { migrate: false, ..stages })),

@@ -99,7 +99,7 @@ impl Default for UpdateConfig {
             gain: 0.02,
             burst: 0.5,
             region: Region::Overlap,
-            stages: Stages { part: true, rebuild: true, migrate: true, rotate: false },
+            stages: Stages { part: true, rebuild: true, migrate: true, rotate: true },
             tidy: 1.0,
             measure: false,
         }
