@@ -11,7 +11,7 @@ use vastlight_math::{Aabb, Vec3};
 use vastlight_scene::{Scene, SceneDesc};
 
 /// Largest distance from an expected place, in sizes of the model.
-const TOLERANCE: f32 = 1e-4;
+const TOLERANCE: f32 = 1e-5;
 
 /// A vertex in the world.
 struct Expected {
