@@ -1,5 +1,6 @@
 //! Which format a file has.
 
+use crate::sequence::first_file;
 use crate::{ErrorKind, ImportError, Limits};
 use std::fs::File;
 use std::io::Read;
@@ -22,11 +23,12 @@ const KNOWN: &str = "vastlight reads glTF, GLB, OBJ, PLY and STL";
 const HEAD_BYTES: u64 = 1024;
 
 /// The format of the file at `path`: by its first bytes where they are unmistakable, else by its extension, else by a
-/// look at the content.
+/// look at the content. That of a sequence of files is that of its first.
 ///
 /// # Errors
 /// The file cannot be opened, is empty, too large or of an unknown format.
 pub fn detect(path: &Path, limits: &Limits) -> Result<SceneFormat, ImportError> {
+    let path = &first_file(path, limits)?;
     let file = File::open(path).map_err(|e| ImportError::io(&e, path))?;
     let metadata = file.metadata().map_err(|e| ImportError::io(&e, path))?;
     let place = path.display().to_string();

@@ -17,6 +17,7 @@ mod obj;
 mod ply;
 mod polygon;
 mod scan;
+mod sequence;
 mod single;
 mod stl;
 mod texels;
@@ -27,6 +28,7 @@ pub use format::{SceneFormat, detect};
 pub use gltf::validate as validate_gltf;
 pub use ies::{load_ies, parse_ies};
 pub use limits::Limits;
+pub use sequence::files_of;
 pub use texels::decode_image;
 
 use single::single_mesh_scene;
@@ -35,7 +37,7 @@ use texels::Deferral;
 use vastlight_scene::{LargeMesh, SceneDesc, SceneStream};
 
 /// How a scene file is read.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Bounds on what the file may ask for.
     pub limits: Limits,
@@ -43,14 +45,28 @@ pub struct LoadOptions {
     pub scene: Option<String>,
     /// Which of a file's animations moves the scene, by name or number (glTF); `None` is the first.
     pub animation: Option<String>,
+    /// Files a second of a sequence of files.
+    pub sequence_fps: f32,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self { limits: Limits::default(), scene: None, animation: None, sequence_fps: 24.0 }
+    }
 }
 
 /// Reads a scene file. The format is found from the first bytes where they are unmistakable, else from the extension.
+///
+/// A run of `#` in a file's name stands for the digits of numbers: the files of all numbers are one scene that moves, at rest as the
+/// first of them (OBJ and PLY).
 ///
 /// # Errors
 /// The file cannot be read, is of an unknown format, malformed, or beyond the limits. Smaller defects are repaired and
 /// stand in the diagnostics of the result.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
+    if let Some(files) = sequence::Files::find(path, &options.limits)? {
+        return sequence::load(files, options);
+    }
     match detect(path, &options.limits)? {
         SceneFormat::Gltf => gltf::load(path, options),
         SceneFormat::Ply => ply::load(path, options),
@@ -78,11 +94,12 @@ impl From<SceneStream> for Streamed {
 }
 
 /// A scene file mesh by mesh, or block by block, and large images row by row; what cannot come so is read as a whole. The scene is
-/// that of [`load`].
+/// that of [`load`], at rest.
 ///
 /// # Errors
 /// Those of [`load`], as far as they can be known already; the others come with the meshes.
 pub fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, ImportError> {
+    let path = &sequence::first_file(path, &options.limits)?;
     match detect(path, &options.limits)? {
         SceneFormat::Ply => ply::stream(path, options),
         SceneFormat::Gltf => gltf::stream(path, options),
@@ -116,6 +133,7 @@ pub struct FileSize {
 /// # Errors
 /// The file cannot be read, or is of an unknown format.
 pub fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, ImportError> {
+    let path = &sequence::first_file(path, &options.limits)?;
     let format = detect(path, &options.limits)?;
     Ok(match format {
         SceneFormat::Ply => ply::file_size(path, options)?,

@@ -2,6 +2,7 @@
 //!
 //! Ear clipping after Meisters, "Polygons have ears" (1975), on the plane of Newell's normal.
 
+use std::sync::Arc;
 use vastlight_math::{Vec2, Vec3};
 
 /// Beyond this many corners a concave polygon would take too long; it becomes a fan.
@@ -12,15 +13,79 @@ const MAX_EAR_CORNERS: usize = 4096;
 pub(crate) struct Triangulator {
     points: Vec<Vec2>,
     next: Vec<u32>,
+    cuts: Cuts,
+}
+
+/// Where polygons of more than three corners are cut.
+#[derive(Debug, Default)]
+enum Cuts {
+    /// Where their own corners say.
+    #[default]
+    Own,
+    /// There too, and the triangles are kept.
+    Kept(Vec<[u32; 3]>),
+    /// Where those of another file were cut, of which so many triangles are used.
+    Other(Arc<[[u32; 3]]>, usize),
 }
 
 impl Triangulator {
+    /// For the first of several files of the same polygons in several shapes.
+    pub(crate) fn first_of_many() -> Self {
+        Self { cuts: Cuts::Kept(Vec::new()), ..Self::default() }
+    }
+
+    /// For the others: polygons are cut as in the first file, if they have as many corners.
+    pub(crate) fn like(cuts: &Arc<[[u32; 3]]>) -> Self {
+        Self { cuts: Cuts::Other(Arc::clone(cuts), 0), ..Self::default() }
+    }
+
+    /// Whether files of several shapes must have the same triangles.
+    pub(crate) fn is_of_many(&self) -> bool {
+        !matches!(self.cuts, Cuts::Own)
+    }
+
+    /// How the polygons of the first file were cut.
+    pub(crate) fn into_cuts(self) -> Arc<[[u32; 3]]> {
+        if let Cuts::Kept(triangles) = self.cuts { triangles.into() } else { Arc::default() }
+    }
+
+    /// Cuts a polygon as that of another file; whether there is one with so many corners.
+    fn repeat(&mut self, corners: usize, emit: &mut impl FnMut([u32; 3])) -> bool {
+        let Cuts::Other(triangles, used) = &mut self.cuts else { return false };
+        let Some(cut) = triangles.get(*used..*used + corners - 2) else { return false };
+        *used += cut.len();
+        let fits = cut.iter().flatten().all(|&corner| (corner as usize) < corners);
+        if fits {
+            cut.iter().for_each(|&triangle| emit(triangle));
+        }
+        fits
+    }
+
     /// Calls `emit` with the corners (numbers in `0..corners.len()`) of each triangle; the winding stays. Always emits
     /// `corners.len() - 2` triangles (none for fewer than 3 corners), degenerate ones where the polygon is degenerate.
     pub(crate) fn triangulate(&mut self, corners: &[Vec3], mut emit: impl FnMut([u32; 3])) {
+        if corners.len() < 4 {
+            if corners.len() == 3 {
+                emit([0, 1, 2]);
+            }
+            return;
+        }
+        if self.repeat(corners.len(), &mut emit) {
+            return;
+        }
+        let mut kept = if let Cuts::Kept(kept) = &mut self.cuts { Some(std::mem::take(kept)) } else { None };
+        self.cut(corners, |triangle| {
+            kept.iter_mut().for_each(|kept| kept.push(triangle));
+            emit(triangle);
+        });
+        if let Some(kept) = kept {
+            self.cuts = Cuts::Kept(kept);
+        }
+    }
+
+    /// Cuts a polygon of more than three corners.
+    fn cut(&mut self, corners: &[Vec3], mut emit: impl FnMut([u32; 3])) {
         match corners.len() {
-            0..3 => {}
-            3 => emit([0, 1, 2]),
             4 => quad(corners, emit),
             n => {
                 self.project(corners);
@@ -203,6 +268,29 @@ mod tests {
                 .sum();
             assert!((total - 3.0).abs() < 1e-5);
         }
+    }
+
+    #[test]
+    fn polygons_of_other_shapes_are_cut_like_the_first() {
+        let square = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        // Only the other diagonal lies inside.
+        let arrow = flat(&[[2.0, -1.0], [0.5, 0.0], [2.0, 1.0], [0.0, 0.0]]);
+        let pentagon = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 1.0], [1.0, 2.0], [0.0, 1.0]]);
+        let cut = |triangulator: &mut Triangulator, polygons: &[&Vec<Vec3>]| {
+            let mut out = Vec::new();
+            polygons.iter().for_each(|polygon| triangulator.triangulate(polygon, |t| out.push(t)));
+            out
+        };
+        let mut first = Triangulator::first_of_many();
+        let expected = cut(&mut first, &[&square, &pentagon, &arrow]);
+        assert_eq!(expected, [triangles(&square), triangles(&pentagon), triangles(&arrow)].concat());
+        let cuts = first.into_cuts();
+        assert_eq!(cut(&mut Triangulator::like(&cuts), &[&arrow, &pentagon, &square]), expected);
+        // Negative control: left to themselves they are cut otherwise.
+        assert_ne!(triangles(&square), triangles(&arrow));
+        // Other polygons are cut by themselves, and more of them too.
+        let other = cut(&mut Triangulator::like(&cuts), &[&pentagon, &square, &arrow, &pentagon]);
+        assert_eq!(other.len(), 3 + 2 + 2 + 3);
     }
 
     #[test]

@@ -45,7 +45,7 @@ pub(super) struct Builder {
     /// For each position its first vertex.
     pub(super) first: Vec<u32>,
     pub(super) triangles: Vec<[u32; 3]>,
-    triangulator: Triangulator,
+    pub(super) triangulator: Triangulator,
     polygon: Vec<Vec3>,
     vertices: Vec<u32>,
 }
@@ -91,8 +91,8 @@ impl Builder {
         vertex
     }
 
-    /// The mesh of the whole file, without name and parts.
-    pub(super) fn into_mesh(mut self) -> Mesh {
+    /// The mesh of the whole file, without name and parts; and what cut its polygons.
+    pub(super) fn into_mesh(mut self) -> (Mesh, Triangulator) {
         let smooth = normals::vertex_normals(&mut self);
         let mut mesh = Mesh { triangles: self.triangles, normals: smooth, ..Mesh::default() };
         mesh.positions = self.corners.iter().map(|c| self.positions[c.position as usize]).collect();
@@ -104,6 +104,6 @@ impl Builder {
             let uv = |c: &Corner| self.uvs.get(c.uv as usize).copied().unwrap_or_default();
             mesh.uvs.push(self.corners.iter().map(uv).collect());
         }
-        mesh
+        (mesh, self.triangulator)
     }
 }

@@ -13,12 +13,13 @@ mod parse;
 mod split;
 mod textures;
 
+use crate::polygon::Triangulator;
 use crate::texels::Deferral;
 use crate::{FileSize, ImportError, LoadOptions};
 use material::Library;
 use std::path::{Path, PathBuf};
 use vastlight_math::Affine3;
-use vastlight_scene::{Diagnostics, Instance, SceneDesc};
+use vastlight_scene::{Diagnostics, Instance, Mesh, SceneDesc};
 
 /// Reads an OBJ file and the files that it names. Texels of images that `deferral` is for come later.
 pub(crate) fn read(
@@ -26,9 +27,30 @@ pub(crate) fn read(
     options: &LoadOptions,
     deferral: &mut Deferral,
 ) -> Result<(SceneDesc, Vec<PathBuf>), ImportError> {
+    read_cut(path, options, deferral, Triangulator::default()).map(|(desc, files, _)| (desc, files))
+}
+
+/// Only the meshes of an OBJ file.
+pub(crate) fn read_meshes(
+    path: &Path,
+    options: &LoadOptions,
+    triangulator: Triangulator,
+) -> Result<Vec<Mesh>, ImportError> {
+    let source = crate::scan::Source::open(path, &options.limits)?;
+    let parsed = parse::parse(source, &options.limits, triangulator, &mut Diagnostics::default())?;
+    Ok(split::into_meshes(parsed.mesh, &parsed.runs, &parsed.names, ""))
+}
+
+/// Reads an OBJ file whose polygons are cut as is said.
+pub(crate) fn read_cut(
+    path: &Path,
+    options: &LoadOptions,
+    deferral: &mut Deferral,
+    triangulator: Triangulator,
+) -> Result<(SceneDesc, Vec<PathBuf>, Triangulator), ImportError> {
     let mut diagnostics = Diagnostics::default();
     let source = crate::scan::Source::open(path, &options.limits)?;
-    let parsed = parse::parse(source, &options.limits, &mut diagnostics)?;
+    let parsed = parse::parse(source, &options.limits, triangulator, &mut diagnostics)?;
     let stem = path.file_stem().map_or_else(|| "mesh".to_owned(), |s| s.to_string_lossy().into_owned());
     let library = Library::load(&parsed.libraries, path, &options.limits, &mut diagnostics);
     let closed = closed::closed_materials(&parsed, &library.glass(&parsed.materials));
@@ -40,7 +62,7 @@ pub(crate) fn read(
         let id = i as u32;
         desc.instances.push(Instance { world_from_object: Affine3::IDENTITY, mesh: id, name: id });
     }
-    Ok((desc, library.files()))
+    Ok((desc, library.files(), parsed.triangulator))
 }
 
 /// What a file's size says.

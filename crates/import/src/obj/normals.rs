@@ -31,9 +31,11 @@ fn position(builder: &Builder, vertex: u32) -> Vec3 {
     builder.positions[builder.corners[vertex as usize].position as usize]
 }
 
-/// Gives every flat face vertices of its own; returns the normals of flat vertices (others are zero).
+/// Gives every flat face vertices of its own; returns the normals of flat vertices (others are zero). Faces in one plane share some,
+/// but not where vertices of other files must be the same.
 fn unshare_flat(builder: &mut Builder) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; builder.corners.len()];
+    let mut taken = if builder.triangulator.is_of_many() { vec![false; normals.len()] } else { Vec::new() };
     for t in 0..builder.triangles.len() {
         let normal = face_normal(builder, builder.triangles[t]);
         for k in 0..3 {
@@ -41,7 +43,11 @@ fn unshare_flat(builder: &mut Builder) -> Vec<Vec3> {
             if builder.corners[vertex].normal != NormalSource::Flat {
                 continue;
             }
-            if normals[vertex] == Vec3::ZERO || normals[vertex] == normal {
+            let is_free = match taken.get_mut(vertex) {
+                Some(taken) => !std::mem::replace(taken, true),
+                None => normals[vertex] == Vec3::ZERO || normals[vertex] == normal,
+            };
+            if is_free {
                 normals[vertex] = normal;
                 continue;
             }
@@ -49,6 +55,7 @@ fn unshare_flat(builder: &mut Builder) -> Vec<Vec3> {
             builder.corners.push(builder.corners[vertex]);
             builder.next.push(NONE);
             normals.push(normal);
+            taken.extend((!taken.is_empty()).then_some(true));
         }
     }
     normals

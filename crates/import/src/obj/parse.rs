@@ -3,6 +3,7 @@
 use super::builder::{Builder, Corner, NONE, NormalSource};
 use crate::environment::linear;
 use crate::number::{parse_f32, parse_i64};
+use crate::polygon::Triangulator;
 use crate::scan::{Source, Words};
 use crate::{ErrorKind, ImportError, Limits};
 use std::collections::HashMap;
@@ -54,6 +55,8 @@ pub(super) struct Parsed {
     pub(super) materials: Vec<String>,
     /// Arguments of `mtllib`.
     pub(super) libraries: Vec<String>,
+    /// What cut the polygons.
+    pub(super) triangulator: Triangulator,
 }
 
 struct Parser<'a> {
@@ -78,9 +81,11 @@ struct Parser<'a> {
 pub(super) fn parse<R: Read>(
     mut source: Source<R>,
     limits: &Limits,
+    triangulator: Triangulator,
     diagnostics: &mut Diagnostics,
 ) -> Result<Parsed, ImportError> {
     let mut parser = Parser::new(source.file().to_owned(), limits, diagnostics);
+    parser.builder.triangulator = triangulator;
     while let Some(line) = source.line()? {
         let outcome = parser.line(line);
         outcome.map_err(|(kind, what)| ImportError::new(kind, what, source.line_place()))?;
@@ -300,8 +305,10 @@ impl<'a> Parser<'a> {
         if self.runs.is_empty() {
             self.diagnostics.warn("the file has no faces", &self.file, "");
         }
+        let (mesh, triangulator) = self.builder.into_mesh();
         Ok(Parsed {
-            mesh: self.builder.into_mesh(),
+            mesh,
+            triangulator,
             runs: self.runs,
             names: self.names,
             materials: self.materials.list,

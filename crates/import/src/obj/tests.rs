@@ -299,7 +299,7 @@ const ALL: &str = "mtllib t.mtl\no a\nv 0 0 0\nv 1 0 0\nv 1 1 0 0 0 0\nv 0 1 0\n
 fn parse_bytes(bytes: &[u8]) {
     let limits = crate::Limits::default();
     let source = crate::scan::Source::new(bytes, "t".into(), &limits);
-    if let Ok(parsed) = parse::parse(source, &limits, &mut Diagnostics::default()) {
+    if let Ok(parsed) = parse::parse(source, &limits, Triangulator::default(), &mut Diagnostics::default()) {
         closed::closed_materials(&parsed, &vec![true; parsed.materials.len()]);
         let meshes = split::into_meshes(parsed.mesh, &parsed.runs, &parsed.names, "t");
         assert!(!meshes.is_empty());

@@ -21,10 +21,19 @@ use vertices::Vertices;
 
 /// Reads a PLY file as a scene of one mesh.
 pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
+    load_cut(path, options, &mut Triangulator::default())
+}
+
+/// Reads a PLY file whose polygons are cut as is said.
+pub(crate) fn load_cut(
+    path: &Path,
+    options: &LoadOptions,
+    triangulator: &mut Triangulator,
+) -> Result<SceneDesc, ImportError> {
     let mut diagnostics = Diagnostics::default();
     let file_bytes = std::fs::metadata(path).map_err(|e| ImportError::io(&e, path))?.len();
     let source = Source::open(path, &options.limits)?;
-    let mesh = read(source, file_bytes, &options.limits, &mut diagnostics)?;
+    let mesh = read(source, file_bytes, &options.limits, triangulator, &mut diagnostics)?;
     Ok(single_mesh_scene(mesh, path, diagnostics))
 }
 
@@ -43,7 +52,7 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     let (path_again, limits) = (path.to_owned(), options.limits);
     let read = move |sink: &mut dyn MeshSink| {
         let source = Source::open(&path_again, &limits)?;
-        Ok(read_into(source, file_bytes, &limits, sink)?)
+        Ok(read_into(source, file_bytes, &limits, &mut Triangulator::default(), sink)?)
     };
     // Polygons with more corners make more triangles than there are faces; most files have triangles.
     let triangles = (!strips).then_some(faces);
@@ -73,10 +82,11 @@ fn read<R: Read>(
     source: Source<R>,
     file_bytes: u64,
     limits: &Limits,
+    triangulator: &mut Triangulator,
     diagnostics: &mut Diagnostics,
 ) -> Result<Mesh, ImportError> {
     let (mut mesh, file) = (Mesh::default(), source.file().to_owned());
-    read_into(source, file_bytes, limits, &mut mesh).map_err(Stopped::into_import)?;
+    read_into(source, file_bytes, limits, triangulator, &mut mesh).map_err(Stopped::into_import)?;
     if mesh.triangles.is_empty() {
         warn_no_faces(diagnostics, &file);
     }
@@ -88,6 +98,7 @@ fn read_into<R: Read>(
     mut source: Source<R>,
     file_bytes: u64,
     limits: &Limits,
+    triangulator: &mut Triangulator,
     sink: &mut dyn MeshSink,
 ) -> Result<(), Stopped> {
     let header = Header::read(&mut source)?;
@@ -95,7 +106,7 @@ fn read_into<R: Read>(
     let vertex_count = header.element("vertex").map_or(0, |e| e.count);
     limits.check_count(vertex_count, limits.vertices.min(u64::from(u32::MAX)), "vertices", &file)?;
     let mut body = Body { source, encoding: header.encoding, file_bytes };
-    let mut faces = Faces::new(vertex_count as u32, limits.triangles);
+    let mut faces = Faces::new(vertex_count as u32, limits.triangles, triangulator);
     for element in &header.elements {
         match element.name.as_str() {
             "vertex" => body.vertices(element, sink)?,
@@ -129,7 +140,7 @@ impl<R: Read> Body<R> {
         &mut self,
         element: &Element,
         sink: &mut dyn MeshSink,
-        faces: &mut Faces,
+        faces: &mut Faces<'_>,
     ) -> Result<(), Stopped> {
         let Some(list) = element.index_list() else { return Ok(self.skip(element)?) };
         sink.expect_triangles(self.plausible_rows(element));
@@ -181,7 +192,7 @@ impl<R: Read> Body<R> {
 const BLOCK_TRIANGLES: usize = 1 << 14;
 
 /// Triangles as they grow.
-struct Faces {
+struct Faces<'a> {
     /// Those that the sink does not have yet.
     triangles: Vec<[u32; 3]>,
     /// How many the sink has.
@@ -189,7 +200,7 @@ struct Faces {
     vertex_count: u32,
     limit: u64,
     strips: bool,
-    triangulator: Triangulator,
+    triangulator: &'a mut Triangulator,
     corners: Vec<Vec3>,
 }
 
@@ -213,15 +224,15 @@ impl From<SceneError> for Refusal {
     }
 }
 
-impl Faces {
-    fn new(vertex_count: u32, limit: u64) -> Self {
+impl<'a> Faces<'a> {
+    fn new(vertex_count: u32, limit: u64, triangulator: &'a mut Triangulator) -> Self {
         Self {
             triangles: Vec::new(),
             given: 0,
             vertex_count,
             limit: limit.min(u64::from(u32::MAX)),
             strips: false,
-            triangulator: Triangulator::default(),
+            triangulator,
             corners: Vec::new(),
         }
     }

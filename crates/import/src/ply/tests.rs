@@ -7,7 +7,7 @@ fn parse(bytes: &[u8]) -> Result<(Mesh, Diagnostics), ImportError> {
     let limits = Limits::default();
     let mut diagnostics = Diagnostics::default();
     let source = Source::new(bytes, "test.ply".into(), &limits);
-    let mesh = read(source, bytes.len() as u64, &limits, &mut diagnostics)?;
+    let mesh = read(source, bytes.len() as u64, &limits, &mut Triangulator::default(), &mut diagnostics)?;
     Ok((mesh, diagnostics))
 }
 
@@ -122,11 +122,11 @@ fn a_long_list_of_strips_comes_in_blocks() {
     (0..count + 2).for_each(|i| text += [" 0", " 1", " 2"][i % 3]);
     let (mut blocks, limits) = (Blocks { room: usize::MAX, ..Blocks::default() }, Limits::default());
     let source = Source::new(text.as_bytes(), "test.ply".into(), &limits);
-    assert!(read_into(source, text.len() as u64, &limits, &mut blocks).is_ok());
+    assert!(read_into(source, text.len() as u64, &limits, &mut Triangulator::default(), &mut blocks).is_ok());
     assert_eq!((blocks.mesh.triangles.len(), blocks.most_triangles), (count, BLOCK_TRIANGLES));
     let few = Limits { triangles: count as u64 - 1, ..limits };
     let source = Source::new(text.as_bytes(), "test.ply".into(), &few);
-    assert!(read_into(source, text.len() as u64, &few, &mut blocks).is_err());
+    assert!(read_into(source, text.len() as u64, &few, &mut Triangulator::default(), &mut blocks).is_err());
 }
 
 #[test]
