@@ -15,6 +15,7 @@
 //! the layout or the instructions.
 
 pub mod build;
+pub mod cluster;
 pub mod compact;
 pub mod kdtree;
 mod memory;
@@ -30,6 +31,7 @@ mod validate;
 pub mod wide;
 
 pub use build::{BuildConfig, BuildError, Clip, Scratch, build};
+pub use cluster::{ClusterConfig, Clusters};
 pub use memory::Pages;
 pub use quality::{Quality, quality, quality_with};
 pub use reference::Reference;

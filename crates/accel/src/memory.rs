@@ -35,6 +35,15 @@ impl<T: Pod> Pages<T> {
         }
         Self(Room::Heap(bytemuck::zeroed_vec(len)))
     }
+
+    /// Makes it `len` elements long, which hold anything. Its memory stays where that suffices.
+    pub(crate) fn set_len(&mut self, len: usize) {
+        match &mut self.0 {
+            Room::Heap(elements) if len <= elements.capacity() => elements.resize(len, T::zeroed()),
+            Room::Map(map, own) if len.saturating_mul(size_of::<T>()) <= map.len() => *own = len,
+            _ => *self = Self::zeroed(len),
+        }
+    }
 }
 
 impl<T: Pod> Deref for Pages<T> {
@@ -91,6 +100,20 @@ mod tests {
             pages.iter_mut().zip(1..).for_each(|(x, i)| *x = i);
             let copy = pages.clone();
             assert!(copy.iter().zip(1..).all(|(&x, i)| x == i) && copy.len() == len);
+        }
+    }
+
+    #[test]
+    fn arrays_change_their_length_within_their_memory() {
+        for len in [1000, 3_000_001] {
+            let mut pages = Pages::<u32>::zeroed(len);
+            let start = pages.as_ptr();
+            for next in [len / 2, 0, len - 1, len] {
+                pages.set_len(next);
+                assert_eq!((pages.len(), pages.as_ptr()), (next, start));
+            }
+            pages.set_len(4 * len);
+            assert_eq!(pages.len(), 4 * len);
         }
     }
 }

@@ -17,6 +17,7 @@ mod top_down;
 use crate::memory::Pages;
 use crate::sort::Pair;
 use crate::{BinaryTree, Node, Reference, kdtree};
+use vastlight_math::Aabb;
 use vastlight_simd::{Level, Simd8};
 
 pub use binned::Binned;
@@ -95,6 +96,8 @@ pub struct Scratch {
     pub references: Vec<Reference>,
     other: Vec<Reference>,
     pairs: [Pages<Pair>; 2],
+    /// Room for boxes of what stands below a primitive.
+    pub(crate) boxes: Pages<Aabb>,
 }
 
 impl Scratch {
@@ -238,4 +241,4 @@ pub trait Heuristic: Sync {
 pub const FEW: usize = 32;
 
 /// A node with nothing in it yet.
-const BLANK: Node = Node { bounds: vastlight_math::Aabb::EMPTY, left: 0, first: 0, count: 0 };
+const BLANK: Node = Node { bounds: Aabb::EMPTY, left: 0, first: 0, count: 0 };

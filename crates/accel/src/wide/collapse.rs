@@ -20,19 +20,42 @@ const LEAF_COST: f32 = 1.0;
 /// Subtrees with fewer primitives are planned by one thread.
 const SERIAL: u32 = 1 << 14;
 
+/// What leaves of a binary tree need of a wide one.
+pub(crate) trait LeafSlots: Sync {
+    /// Whether every leaf needs one slot.
+    const SINGLE: bool;
+    /// How many slots a leaf needs, from one to eight, and what these cost.
+    fn of(&self, leaf: &Node) -> (u8, f32);
+}
+
+/// Leaves that are blocks.
+pub(super) struct OneBlock;
+
+impl LeafSlots for OneBlock {
+    const SINGLE: bool = true;
+
+    #[inline(always)]
+    fn of(&self, leaf: &Node) -> (u8, f32) {
+        (1, leaf.bounds.half_area() * LEAF_COST)
+    }
+}
+
 /// The shape of a wide tree: which binary nodes become slots, and which become leaves.
 #[derive(Debug, Default)]
 pub(crate) struct Plan {
-    /// For each wide node, for each slot: the binary node and what it becomes.
+    /// For each wide node, for each slot: the binary node and what it becomes. All slots of a leaf that needs several
+    /// stand in a row.
     pub(crate) nodes: Vec<[(u32, ChildRef); 8]>,
     /// For each leaf, the binary node whose primitives it holds.
     pub(crate) leaves: Vec<u32>,
     /// What the root becomes.
-    pub(super) root: Option<ChildRef>,
+    pub(crate) root: Option<ChildRef>,
     /// Wide nodes on the longest way from the root to a leaf.
-    pub(super) levels: usize,
+    pub(crate) levels: usize,
 }
 
+/// A slot of a leaf that takes several, until it is numbered.
+const IN_LEAF: ChildRef = ChildRef::leaf(0);
 /// A slot with nothing in it.
 const VACANT: (u32, ChildRef) = (0, ChildRef::NONE);
 
@@ -55,6 +78,17 @@ impl Share {
     /// The node takes one slot itself.
     const WHOLE: Self = Self(0);
 
+    /// A leaf takes so many slots, more than one.
+    #[inline(always)]
+    const fn of_leaf(slots: u8) -> Self {
+        Self(slots)
+    }
+
+    #[inline(always)]
+    const fn is_of_leaf(self) -> bool {
+        self.right() == 0 && self.left() > 0
+    }
+
     #[inline(always)]
     const fn new(left: u8, right: u8) -> Self {
         Self(left | right << 4)
@@ -72,19 +106,31 @@ impl Share {
 }
 
 /// How the best ways follow.
-struct Cheapest {
+struct Cheapest<'a, L> {
     max_leaf: u32,
+    slots: &'a L,
 }
 
-impl Upward for Cheapest {
+impl<L: LeafSlots> Upward for Cheapest<'_, L> {
     type Kept = Ways;
     /// Least cost with at most `i + 1` slots.
     type Value = [f32; 7];
 
     #[inline(always)]
     fn leaf(&self, node: &Node, ways: &mut Ways) -> [f32; 7] {
+        let (slots, cost) = self.slots.of(node);
         *ways = Ways { shares: [Share::WHOLE; 7], of_node: Share::WHOLE };
-        [node.bounds.half_area() * LEAF_COST; 7]
+        if L::SINGLE || slots <= 1 {
+            return [cost; 7];
+        }
+        // In one slot it becomes a node, which costs more.
+        let share = Share::of_leaf(slots);
+        ways.of_node = share;
+        let mut least = [cost + node.bounds.half_area() * NODE_COST; 7];
+        for i in (usize::from(slots) - 1..7).rev() {
+            (least[i], ways.shares[i]) = (cost, share);
+        }
+        least
     }
 
     #[inline(always)]
@@ -92,7 +138,7 @@ impl Upward for Cheapest {
         let area = node.bounds.half_area();
         let may_be_leaf = |cost: f32| node.count <= self.max_leaf && area * LEAF_COST <= cost;
         *ways = Ways { shares: [Share::WHOLE; 7], of_node: Share::WHOLE };
-        if children[0].is_leaf() && children[1].is_leaf() {
+        if L::SINGLE && children[0].is_leaf() && children[1].is_leaf() {
             let both = l[0] + r[0];
             let mut cost = both + area * NODE_COST;
             if may_be_leaf(cost) {
@@ -146,9 +192,18 @@ fn best_shares(l: &[f32; 7], r: &[f32; 7]) -> ([f32; 8], [u32; 8]) {
 /// Plans the wide tree. Leaves of the binary tree become leaves of the wide one, and every other node with at most
 /// `max_leaf` primitives may.
 pub(crate) fn plan(tree: &[Node], max_leaf: u32, level: Level) -> Plan {
+    plan_slots(tree, &Cheapest { max_leaf, slots: &OneBlock }, level)
+}
+
+/// The same where leaves need the slots `slots`, and no other node becomes a leaf.
+pub(crate) fn plan_over(tree: &[Node], slots: &impl LeafSlots, level: Level) -> Plan {
+    plan_slots(tree, &Cheapest { max_leaf: 0, slots }, level)
+}
+
+fn plan_slots<L: LeafSlots>(tree: &[Node], cheapest: &Cheapest<'_, L>, level: Level) -> Plan {
     let Some(root) = tree.first() else { return Plan::default() };
     let mut ways = Pages::zeroed(tree.len());
-    upward(&Cheapest { max_leaf }, tree, &mut ways, level);
+    upward(cheapest, tree, &mut ways, level);
     if ways[0].of_node == Share::WHOLE {
         return Plan { leaves: vec![0], root: Some(ChildRef::leaf(0)), ..Plan::default() };
     }
@@ -229,7 +284,8 @@ impl Planner<'_> {
         let used = self.fill_slots(binary, slots);
         let mut inner = Few { nodes: [0; 8], len: 0 };
         for slot in &mut slots[..used] {
-            if self.ways[slot.0 as usize].of_node == Share::WHOLE {
+            let stays = slot.1 == IN_LEAF || self.ways[slot.0 as usize].of_node == Share::WHOLE;
+            if stays {
                 slot.1 = ChildRef::leaf(plan.leaves.len() as u32);
                 plan.leaves.push(slot.0);
             } else {
@@ -248,8 +304,14 @@ impl Planner<'_> {
             let child = self.tree[node as usize].left;
             [(child, share.left()), (child + 1, share.right())]
         };
+        let of_node = self.ways[binary as usize].of_node;
+        if of_node.is_of_leaf() {
+            let used = usize::from(of_node.left());
+            slots[..used].fill((binary, IN_LEAF));
+            return used;
+        }
         let mut open = [(0, 0); 8];
-        open[..2].copy_from_slice(&children(binary, self.ways[binary as usize].of_node));
+        open[..2].copy_from_slice(&children(binary, of_node));
         let (mut used, mut waiting) = (0, 2);
         while waiting > 0 {
             waiting -= 1;
@@ -258,6 +320,10 @@ impl Planner<'_> {
             if share == Share::WHOLE {
                 slots[used].0 = node;
                 used += 1;
+            } else if share.is_of_leaf() {
+                let all = usize::from(share.left());
+                slots[used..used + all].fill((node, IN_LEAF));
+                used += all;
             } else {
                 open[waiting..waiting + 2].copy_from_slice(&children(node, share));
                 waiting += 2;

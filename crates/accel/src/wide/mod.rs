@@ -13,7 +13,7 @@ pub mod traverse;
 mod validate;
 
 pub use beside::Still;
-pub(crate) use collapse::{Plan, plan};
+pub(crate) use collapse::{LeafSlots, Plan, plan, plan_over};
 pub use grid::{CellWalk, GridBvh};
 pub use instances::{InstanceBvh, InstanceNode, InstanceNodes, SmallNode};
 pub use layout::{Block8, ChildRef, Leaf, LeafLanes, Node8, WideNode};
