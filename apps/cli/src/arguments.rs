@@ -142,6 +142,12 @@ pub(crate) struct SceneArguments {
     /// Which of a glTF file's scenes, by name or number
     #[arg(long, value_name = "NAME")]
     file_scene: Option<String>,
+    /// Which of a glTF file's animations moves the scene, by name or number [default: the first]
+    #[arg(long, value_name = "NAME")]
+    animation: Option<String>,
+    /// Files a second of a sequence (mesh.####.ply)
+    #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = crate::values::positive)]
+    sequence_fps: f32,
     /// Triangles of a demo scene whose size can be chosen
     #[arg(long, value_name = "N")]
     triangles: Option<u64>,
@@ -158,6 +164,8 @@ impl SceneArguments {
     pub(crate) fn options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
         let mut options = common.load_options();
         options.import.scene.clone_from(&self.file_scene);
+        options.import.animation.clone_from(&self.animation);
+        options.import.sequence_fps = self.sequence_fps;
         options.generate.triangles = self.triangles;
         options.generate.texture_bytes = self.texture_bytes;
         options.generate.time = self.time.unwrap_or(0.0);

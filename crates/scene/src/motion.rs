@@ -177,7 +177,7 @@ mod tests {
     fn a_scene_is_had_at_any_moment() {
         let desc = growing().at(1.5).expect("a moment");
         assert_eq!(desc.meshes[0].positions, triangle(1.5));
-        assert_eq!(desc.instances[0].world_from_object.translation, Vec3::new(1.5, 0.0, 0.0).into());
+        assert_eq!(desc.instances[0].world_from_object.translation, Vec3::new(1.5, 0.0, 0.0));
         let still = SceneDesc { motion: None, ..growing() };
         assert!(still.at(1.0).expect_err("still").to_string().contains("nothing moves"));
     }

@@ -69,7 +69,7 @@ enum Kept {
     /// What rays walk alone.
     Bvh(MeshBvh),
     /// A binary tree besides.
-    Dynamic(DynamicMesh),
+    Dynamic(Box<DynamicMesh>),
 }
 
 /// How structures are built.
@@ -148,7 +148,7 @@ impl Kept {
             UpdateMethod::Rebuild | UpdateMethod::Refit => {
                 Self::Bvh(MeshBvh::build(accel, mesh, config, scratch)?.0)
             }
-            _ => Self::Dynamic(DynamicMesh::new(accel, mesh, config, scratch)?.0),
+            _ => Self::Dynamic(Box::new(DynamicMesh::new(accel, mesh, config, scratch)?.0)),
         })
     }
 

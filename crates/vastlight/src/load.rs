@@ -225,7 +225,10 @@ fn existing(paths: &[PathBuf]) -> Vec<SourceFile> {
 /// What of the options changes a store; files among them are sources.
 fn settings(options: &LoadOptions) -> String {
     let LoadOptions { import, time, generate, sun, overrides, .. } = options;
-    format!("{:?} {time:?} {sun:?} {generate:?} {overrides:?}", import.scene)
+    format!(
+        "{:?} {:?} {} {time:?} {sun:?} {generate:?} {overrides:?}",
+        import.scene, import.animation, import.sequence_fps
+    )
 }
 
 /// Changes a description as the options say.

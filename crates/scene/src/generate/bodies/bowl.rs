@@ -25,7 +25,7 @@ impl Bowl {
 
     /// Where a ball touches the bowl and the floor.
     pub(super) fn touched(&self, p: Vec3, radius: f32) -> [Touch; 2] {
-        let floor = (p.y < radius).then(|| (Vec3::Y, radius - p.y));
+        let floor = (p.y < radius).then_some((Vec3::Y, radius - p.y));
         [floor, self.shell(p, radius)]
     }
 
