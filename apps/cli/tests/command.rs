@@ -26,7 +26,12 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
         ("render demo:cornell -o a.png --tonemap sepia", 2, "filmic"),
         ("render demo:nothing -o a.png", 3, "there are"),
         ("render demo:cornell --time 2 -o a.png", 3, "nothing moves"),
-        ("render demo:julia --time nan -o a.png", 3, "out of range"),
+        ("render demo:julia --time nan -o a.png", 2, "write a number"),
+        ("render demo:julia --time 1e9 -o a.png", 3, "out of range"),
+        ("render demo:cornell -f 1-3 -o a.##.png", 3, "nothing moves"),
+        ("render demo:julia -f 1-3 -o a.png", 2, "####"),
+        ("render demo:julia -f 3-1 -o a.##.png", 2, "before the first"),
+        ("render demo:julia -o a.##.png", 2, "--frames"),
         ("render demo:metaballs --device gpu -o a.png", 5, "the CPU alone"),
         ("generate metaballs -o a.glb", 3, "demo:metaballs"),
         ("pack demo:julia -o a.vls", 3, "implicit surfaces"),
@@ -59,13 +64,28 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
 #[test]
 fn flags_of_later_versions_are_refused_not_ignored() {
     let w = Workspace::new();
-    let flags = ["--noise 0.1", "--frames 1-3", "--checkpoint c", "--resume", "--passes 1-2"];
+    let flags = ["--noise 0.1", "--checkpoint c", "--resume", "--passes 1-2"];
     for flag in flags {
         let outcome = w.run(&format!("render demo:cornell -o a.png -r 8x8 --spp 1 {flag}"));
         assert_eq!(outcome.code, 2, "{flag}: {}", outcome.stderr);
         assert!(outcome.stderr.contains("not available yet"), "{flag}: {}", outcome.stderr);
     }
     assert_eq!(w.run("render demo:cornell -o a.png -r 8x8 --spp 1 --caustics off").code, 0);
+}
+
+#[test]
+fn frames_are_the_pictures_of_their_moments() {
+    let w = Workspace::new();
+    let scene = "render demo:explosion --triangles 20000 -r 32x18 --spp 1";
+    let outcome = w.run(&format!("{scene} -f 0-24x12 -o f.###.png --stats s.##.json"));
+    assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+    let names = ["f.000.png", "f.012.png", "f.024.png"];
+    assert_eq!(w.files(), [&names[..], &["s.00.json", "s.12.json", "s.24.json"]].concat());
+    for (name, time) in names.iter().zip(["0", "0.5", "1"]) {
+        assert_eq!(w.run(&format!("{scene} --time {time} -o still.png")).code, 0);
+        assert_eq!(w.bytes(name), w.bytes("still.png"), "{name}");
+    }
+    assert_ne!(w.bytes(names[0]), w.bytes(names[2]), "it moves");
 }
 
 #[test]

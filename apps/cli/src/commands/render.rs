@@ -366,7 +366,9 @@ impl Job<'_> {
         let finished = Finished::new(&rendered, denoising.as_ref());
         file.write(&finished.picture, png)?;
         if let Some(path) = &arguments.output.stats {
-            output::write_text(path, &stats_json(&rendered, &finished, load_ms, start))?;
+            let of_frame = frame.and_then(|frame| output::numbered(path, frame));
+            let text = stats_json(&rendered, &finished, load_ms, start);
+            output::write_text(of_frame.as_ref().unwrap_or(path), &text)?;
         }
         finished.denoised.map_err(|e| Error { hint: "the picture is written with its noise".into(), ..e })?;
         conclude(arguments, common, reporter, file, &rendered, start)
