@@ -168,7 +168,6 @@ impl SceneArguments {
         options.import.sequence_fps = self.sequence_fps;
         options.generate.triangles = self.triangles;
         options.generate.texture_bytes = self.texture_bytes;
-        options.generate.time = self.time.unwrap_or(0.0);
         options.time = self.time;
         options.environment.clone_from(&self.env);
         options.sun = self.sun;

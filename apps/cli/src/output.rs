@@ -43,7 +43,7 @@ impl PictureFile {
     }
 
     /// The file of a frame.
-    pub(crate) fn of_frame(&self, frame: i32) -> Self {
+    pub(crate) fn of_frame(&self, frame: u32) -> Self {
         Self { path: numbered(&self.path, frame).unwrap_or_else(|| self.path.clone()), format: self.format }
     }
 
@@ -77,7 +77,7 @@ impl PictureFile {
 const LEAST_MARKS: usize = 2;
 
 /// A path with the last run of `#` in the file's name replaced by a number of at least as many digits; none without such a run.
-pub(crate) fn numbered(path: &Path, number: i32) -> Option<PathBuf> {
+pub(crate) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let end = name.rfind('#')? + 1;
     let start = name[..end].trim_end_matches('#').len();
@@ -105,7 +105,6 @@ mod tests {
         let of = |name: &str, number| numbered(Path::new(name), number).map(|p| p.display().to_string());
         assert_eq!(of("a/f.####.png", 7).as_deref(), Some("a/f.0007.png"));
         assert_eq!(of("##.exr", 12345).as_deref(), Some("12345.exr"));
-        assert_eq!(of("f-####.png", -3).as_deref(), Some("f--003.png"));
         assert_eq!(of("take#2_###.png", 4).as_deref(), Some("take#2_004.png"));
         assert_eq!(of("shot#3.png", 7), None);
         assert_eq!(of("##/f.png", 7), None);

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 use vastlight::math::Vec3;
+use vastlight::trace::UpdateMethod;
 use vastlight::transport::photon::SearchKind;
 use vastlight::transport::{PixelFilter, Tile};
 
@@ -115,30 +116,34 @@ pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
 /// Numbers of frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Frames {
-    first: i32,
-    last: i32,
+    first: u32,
+    last: u32,
     step: u32,
 }
 
 impl Frames {
     /// All of them, in order.
-    pub(crate) fn iter(self) -> impl ExactSizeIterator<Item = i32> {
-        let count = (i64::from(self.last) - i64::from(self.first)) / i64::from(self.step) + 1;
-        (0..count as usize).map(move |i| (i64::from(self.first) + i as i64 * i64::from(self.step)) as i32)
+    pub(crate) fn iter(self) -> impl Iterator<Item = u32> {
+        (self.first..=self.last).step_by(self.step as usize)
     }
+}
+
+/// The moment of a frame, in seconds.
+pub(crate) fn moment(frame: u32, fps: f32) -> f32 {
+    (f64::from(frame) / f64::from(fps)) as f32
 }
 
 /// `7`, `1-100` or `1-100x2`.
 pub(crate) fn frames(text: &str) -> Result<Frames, String> {
     /// More frames than any film has.
-    const MOST: i32 = 100_000_000;
+    const MOST: u32 = 100_000_000;
     let expected = || "write 7, 1-100 or 1-100x2".to_owned();
     let number = |text: &str| {
-        let number: i32 = text.parse().map_err(|_| expected())?;
-        if (0..=MOST).contains(&number) { Ok(number) } else { Err(format!("frames are 0 to {MOST}")) }
+        let number: u32 = text.parse().map_err(|_| expected())?;
+        if number <= MOST { Ok(number) } else { Err(format!("frames are 0 to {MOST}")) }
     };
     let (range, step) = match text.split_once('x') {
-        Some((range, step)) => (range, number(step)? as u32),
+        Some((range, step)) => (range, number(step)?),
         None => (text, 1),
     };
     let (first, last) = match range.split_once('-') {
@@ -161,6 +166,12 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
 pub(crate) fn photon_search(text: &str) -> Result<SearchKind, String> {
     let names = || SearchKind::ALL.map(SearchKind::name).join(", ");
     SearchKind::from_name(text).ok_or_else(|| format!("one of {} is expected", names()))
+}
+
+/// A way in which structures follow what moves.
+pub(crate) fn update_method(text: &str) -> Result<UpdateMethod, String> {
+    let names = || UpdateMethod::ALL.map(UpdateMethod::name).join(", ");
+    UpdateMethod::from_name(text).ok_or_else(|| format!("one of {} is expected", names()))
 }
 
 /// A number above 0.

@@ -308,6 +308,23 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
     let caustics = line("bench caustics -r 32x18 --grids 16 --search voxel --frames 1");
     let fields = "bench device search photons trace_ms sort_index_ms gather_ms render_ms frames_per_s";
     fields.split(' ').for_each(|f| assert!(!caustics[f].is_null(), "{f}: {caustics}"));
+    let moving = "demo:explosion --triangles 20000 -f 36-38 -r 32x24 --method refit,auto";
+    let lines = |arguments: &str| -> Vec<serde_json::Value> {
+        let outcome = w.run(arguments);
+        assert_eq!(outcome.code, 0, "{}", outcome.stderr);
+        outcome.stdout.lines().map(|line| serde_json::from_str(line).expect("a JSON line")).collect()
+    };
+    let update = lines(&format!("bench update {moving}"));
+    assert_eq!(update.len(), 2 * 3 + 2);
+    let fields = "bench sequence method update_ms rebuild_ms trace_ratio rebuilt_fraction migrated_fraction";
+    for line in &update {
+        fields.split(' ').for_each(|f| assert!(!line[f].is_null(), "{f}: {line}"));
+        assert_eq!(line["same_hits"], true, "{line}");
+    }
+    let animate = lines(&format!("bench animate {moving} --rays 1,10"));
+    assert_eq!(animate.len(), 2 * 2);
+    let fields = "bench sequence method rays_per_frame update_ms trace_ms against_best";
+    animate.iter().for_each(|l| fields.split(' ').for_each(|f| assert!(!l[f].is_null(), "{f}: {l}")));
     let path = line("bench path demo:cornell -r 16x16 --spp 2");
     let fields = "bench device msamples_per_s first_image_ms";
     fields.split(' ').for_each(|f| assert!(!path[f].is_null(), "{f}: {path}"));

@@ -202,3 +202,18 @@ fn a_render_that_is_killed_leaves_no_half_picture() {
     assert!(work.bytes("found.png") == expected);
     println!("{kills} kills, {pictures} pictures, {:?} each", Duration::as_millis(&whole));
 }
+
+/// What frames between which a mesh moves are said to need is enough, for all of them.
+#[test]
+fn frames_keep_to_the_budget() {
+    let work = Workspace::new();
+    let frames =
+        "render demo:bodies --triangles 1500000 -f 8-32x8 -o f.##.png -r 48x27 --spp 1 -q --stats s.##.json";
+    let mib = needed_mib(&work.run(&format!("{frames} --memory 100MiB")));
+    let outcome = work.run(&format!("{frames} --memory {mib}MiB"));
+    assert_eq!(outcome.code, 0, "{mib} MiB: {outcome:?}");
+    for frame in ["08", "16", "24", "32"] {
+        let peak = peak_in(&work.json(&format!("s.{frame}.json")));
+        assert!(peak <= mib << 20 && peak > mib << 19, "{frame}: {peak} of {mib} MiB");
+    }
+}

@@ -139,17 +139,9 @@ impl Instances {
         self.blocks = (0..count).step_by(BLOCK).map(mesh).collect();
     }
 
-    /// Puts instances, by number, in other places; gives the numbers of those that were elsewhere, ascending.
-    pub(crate) fn put(&mut self, moved: &[(u32, Affine3)]) -> Vec<u32> {
-        let mut changed = Vec::new();
-        for &(number, map) in moved {
-            if std::mem::replace(&mut self.maps[number as usize], map) != map {
-                changed.push(number);
-            }
-        }
-        changed.sort_unstable();
-        changed.dedup();
-        changed
+    /// Puts an instance in another place.
+    pub(crate) fn put(&mut self, number: u32, map: Affine3) {
+        self.maps[number as usize] = map;
     }
 
     /// Leaves out those whose matrix cannot be used; says how many.

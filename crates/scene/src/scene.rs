@@ -22,7 +22,7 @@ pub struct Scene {
     extents: Vec<MeshExtent>,
     /// In scenes that move, by place in the description's table of instances, their numbers; empty where these are the same.
     numbers: Vec<u32>,
-    /// In scenes that move, meshes as they were described whose tangents are derived, which adds vertices.
+    /// In scenes that move, meshes as they were described of which preparation changes more than vertices.
     described: BTreeMap<u32, Mesh>,
 }
 
@@ -31,7 +31,7 @@ pub struct Scene {
 pub struct Change {
     /// Meshes with other vertices, ascending.
     pub meshes: Vec<u32>,
-    /// Instances in other places, ascending.
+    /// Instances that were placed, be it where they were, ascending.
     pub instances: Vec<u32>,
 }
 
@@ -71,9 +71,11 @@ impl MeshPreparation {
         Ok(found)
     }
 
-    /// Whether tangents are derived for some of a mesh's triangles.
-    fn derives_tangents(&self, mesh: &Mesh) -> bool {
-        check_mesh(mesh, self.materials).is_ok() && tangents::are_missing(mesh, &self.tangent_sets)
+    /// Whether a mesh gets other triangles, or more vertices: some of its triangles are unusable, or need tangents.
+    fn changes_triangles(&self, mesh: &Mesh) -> bool {
+        let is_broken = || !mesh.positions.iter().copied().all(is_usable);
+        check_mesh(mesh, self.materials).is_ok()
+            && (tangents::are_missing(mesh, &self.tangent_sets) || is_broken())
     }
 
     /// Whether tangents are derived for triangles of a material, if the mesh has normals and texture coordinates but none.
@@ -110,8 +112,8 @@ impl Scene {
         check_indices(&desc)?;
         let preparation = MeshPreparation::new(&desc);
         let mut meshes = std::mem::take(&mut desc.meshes);
-        let derives = |mesh: &&Mesh| desc.motion.is_some() && preparation.derives_tangents(mesh);
-        let described = (0..).zip(&meshes).filter(|(_, mesh)| derives(mesh));
+        let is_kept = |mesh: &Mesh| desc.motion.is_some() && preparation.changes_triangles(mesh);
+        let described = (0..).zip(&meshes).filter(|(_, mesh)| is_kept(mesh));
         let described = described.map(|(number, mesh)| (number, mesh.clone())).collect();
         let found: Vec<_> = meshes.par_iter_mut().map(|mesh| preparation.prepare(mesh)).collect();
         for found in found {
@@ -128,19 +130,6 @@ impl Scene {
         self.desc.motion.as_ref()
     }
 
-    /// Numbers of the instances that a pose which fits names, ascending.
-    #[must_use]
-    pub fn numbers_of(&self, pose: &Pose) -> Vec<u32> {
-        let mut numbers: Vec<u32> = pose.instances.iter().map(|&(place, _)| self.number(place)).collect();
-        numbers.sort_unstable();
-        numbers
-    }
-
-    /// The number of an instance by its place in the description's table.
-    fn number(&self, place: u32) -> u32 {
-        self.numbers.get(place as usize).copied().unwrap_or(place)
-    }
-
     /// Gives what moves the places and the vertices of a moment: the scene is then the one that [`Scene::new`] makes of
     /// [`SceneDesc::at`], but for a camera that it added.
     ///
@@ -149,13 +138,14 @@ impl Scene {
     /// # Errors
     /// The pose does not fit; then nothing is changed.
     pub fn pose(&mut self, pose: Pose) -> Result<Change, SceneError> {
-        let moved: Vec<_> = pose.instances.iter().map(|&(place, map)| (self.number(place), map)).collect();
-        let Self { desc, extents, described, .. } = self;
+        let Self { desc, numbers, extents, described, .. } = self;
         let at_rest = |mesh: usize| described.get(&(mesh as u32)).unwrap_or(&desc.meshes[mesh]);
         desc.check_pose(&pose, self.instances.len(), at_rest)?;
-        let instances = Arc::make_mut(&mut self.instances).put(&moved);
-        let mut meshes: Vec<u32> = pose.meshes.iter().map(|posed| posed.mesh).collect();
-        meshes.sort_unstable();
+        let number = |place: u32| numbers.get(place as usize).copied().unwrap_or(place);
+        let places = Arc::make_mut(&mut self.instances);
+        pose.instances.iter().for_each(|&(place, map)| places.put(number(place), map));
+        let instances = ascending(pose.instances.iter().map(|&(place, _)| number(place)));
+        let meshes = ascending(pose.meshes.iter().map(|posed| posed.mesh));
         for mesh in &meshes {
             if let Some(described) = described.get(mesh) {
                 desc.meshes[*mesh as usize].clone_from(described);
@@ -344,6 +334,13 @@ fn sorted_numbers(instances: &[Instance]) -> Vec<u32> {
     places.sort_by_key(|&place| instances[place as usize].mesh);
     let mut numbers = vec![0; places.len()];
     (0..).zip(places).for_each(|(number, place)| numbers[place as usize] = number);
+    numbers
+}
+
+fn ascending(numbers: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut numbers: Vec<u32> = numbers.collect();
+    numbers.sort_unstable();
+    numbers.dedup();
     numbers
 }
 

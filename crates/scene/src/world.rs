@@ -46,3 +46,38 @@ fn around(part: usize, instances: &Instances, extents: &[MeshExtent]) -> Aabb {
     seen.map(|i| extents[instances.mesh(i) as usize].bounds.transformed(instances.map(i)))
         .fold(Aabb::EMPTY, Aabb::union)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Instance, MeshExtent};
+    use vastlight_math::{Affine3, Vec3};
+
+    #[test]
+    fn parts_of_which_something_changed_are_found_again() {
+        let place = |i: u32| Instance {
+            world_from_object: Affine3::from_translation(Vec3::X * i as f32),
+            mesh: i / 1000,
+            name: 0,
+        };
+        let mut instances = Instances::new((0..3000).map(place).collect(), 3).expect("valid");
+        let extent = |size: f32| MeshExtent {
+            bounds: Aabb { min: Vec3::splat(-size), max: Vec3::splat(size) },
+            triangles: 1,
+        };
+        let mut extents = vec![extent(1.0); 3];
+        let mut world = WorldBounds::new(&instances, &extents);
+        for (moved, to, mesh, size) in
+            [(2999, Vec3::Y * 50.0, 1, 1.0), (0, Vec3::NEG_Z * 9.0, 2, 77.0), (1500, Vec3::X * 1e5, 0, 0.5)]
+        {
+            instances.put(moved, Affine3::from_translation(to));
+            extents[mesh as usize] = extent(size);
+            world.update(&instances, &extents, &Change { meshes: vec![mesh], instances: vec![moved] });
+            let fresh = WorldBounds::new(&instances, &extents);
+            assert_eq!((world.all, &world.parts), (fresh.all, &fresh.parts));
+        }
+        instances.put(7, Affine3::from_scale(Vec3::ZERO));
+        world.update(&instances, &extents, &Change { instances: vec![7], ..Change::default() });
+        assert_eq!(world.all, WorldBounds::new(&instances, &extents).all);
+    }
+}

@@ -1,6 +1,7 @@
 //! The structure of one mesh through time: by which method it follows new vertices.
 
-use std::time::{Duration, Instant};
+use crate::tracer::milliseconds;
+use std::time::Instant;
 use vastlight_accel::update::{DynamicMesh, Method, UpdateConfig, UpdateReport, refit};
 use vastlight_accel::wide::{MeshBvh, MeshView};
 use vastlight_accel::{BuildConfig, BuildError, Scratch};
@@ -108,6 +109,7 @@ impl MovingMesh {
             Some(done) => (report.rebuilt, report.migrated) = (done.rebuilt, done.migrated),
             None => {
                 let before = self.kept.cost();
+                self.kept = Kept::default();
                 self.kept = Kept::build(mesh, method, building)?;
                 report = FollowReport { method: UpdateMethod::Rebuild, rebuilt: 1.0, ..report };
                 let built_ms = milliseconds(start.elapsed());
@@ -133,6 +135,12 @@ impl MovingMesh {
             Kept::Bvh(bvh) => bvh.bytes(),
             Kept::Dynamic(mesh) => mesh.bytes(),
         }
+    }
+}
+
+impl Default for Kept {
+    fn default() -> Self {
+        Self::Bvh(MeshBvh::default())
     }
 }
 
@@ -177,10 +185,6 @@ impl Kept {
             Self::Dynamic(mesh) => Some(mesh.cost()),
         }
     }
-}
-
-fn milliseconds(time: Duration) -> f64 {
-    time.as_secs_f64() * 1e3
 }
 
 /// When a tree that is updated from moment to moment is built anew, and by which method it is updated meanwhile.

@@ -43,6 +43,13 @@ pub(crate) enum MeshTree {
     Compact(Arc<CompactMesh>),
 }
 
+/// Without triangles.
+impl Default for MeshTree {
+    fn default() -> Self {
+        Self::Wide(MeshBvh::default())
+    }
+}
+
 /// A mesh, whatever else is kept with it.
 #[derive(Clone, Copy)]
 enum Kind<'a> {

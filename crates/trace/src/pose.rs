@@ -53,10 +53,9 @@ impl Tracer {
     /// Poses the scene that this tracer was built for, and follows it.
     ///
     /// # Errors
-    /// The pose does not fit the scene, which is then as before; or a structure cannot be built.
+    /// The pose does not fit the scene, and both are as before; or a structure cannot be built, and the tracer is of no more use.
     pub fn pose(&mut self, scene: &mut Scene, pose: Pose) -> Result<PoseReport, PoseError> {
         let start = Instant::now();
-        let named: Vec<u32> = scene.numbers_of(&pose);
         self.places.let_go();
         let posed = scene.pose(pose);
         let change = match posed {
@@ -70,7 +69,7 @@ impl Tracer {
         let mut report = PoseReport { scene_ms, ..PoseReport::default() };
         if self.follows() {
             report.meshes = self.follow_meshes(scene, &change)?;
-            report.top_ms = self.follow_instances(scene, &change, named)?;
+            report.top_ms = self.follow_instances(scene, &change)?;
         } else {
             *self = Self::new(scene, &self.config)?;
             report.top_ms = milliseconds(start.elapsed()) - scene_ms;
@@ -105,6 +104,8 @@ impl Tracer {
             reports.push(match tree {
                 MeshTree::Moving(moving) => moving.follow(&view, method, trace_ms, &mut building)?,
                 _ => {
+                    // Its memory is there for the next one.
+                    *tree = MeshTree::default();
                     let (moving, report) = MovingMesh::new(&view, method, &mut building)?;
                     *tree = MeshTree::Moving(Box::new(moving));
                     report
@@ -114,20 +115,14 @@ impl Tracer {
         Ok(reports)
     }
 
-    /// Places what moved, and builds the tree over it; says how long it took. `named` are the instances that the pose names,
-    /// ascending.
-    fn follow_instances(
-        &mut self,
-        scene: &Scene,
-        change: &Change,
-        named: Vec<u32>,
-    ) -> Result<f64, TraceError> {
+    /// Places what moved, and builds the tree over it; says how long it took.
+    fn follow_instances(&mut self, scene: &Scene, change: &Change) -> Result<f64, TraceError> {
         let start = Instant::now();
         let spaces: Vec<(u32, MeshSpace)> =
             change.meshes.iter().map(|&mesh| (mesh, self.meshes[mesh as usize].space())).collect();
         self.places.follow(scene, &change.instances, &spaces);
         let of_meshes = change.meshes.iter().flat_map(|&mesh| scene.instances().of_mesh(mesh));
-        let mut movers: Vec<u32> = named.into_iter().chain(of_meshes).collect();
+        let mut movers: Vec<u32> = change.instances.iter().copied().chain(of_meshes).collect();
         movers.sort_unstable();
         movers.dedup();
         let config = self.build_config();
@@ -144,9 +139,7 @@ impl Tracer {
         }
         if let Some(Movers { instances, still }) = &self.movers {
             let movers = (accel, &instances[..]);
-            self.top
-                .put_beside(still, movers, |i| places.bounds(i), |_| 1.0, &config)
-                .map_err(TraceError::Build)?;
+            self.top.put_beside(still, movers, |i| places.bounds(i), &config).map_err(TraceError::Build)?;
         }
         let deepest = self.meshes.iter().map(MeshTree::levels).max().unwrap_or(0);
         self.stack_entries = stack_entries(self.top.levels + deepest);

@@ -19,7 +19,7 @@ use vastlight_store::SourceFile;
 pub struct LoadOptions {
     /// Bounds on files, and which of a file's scenes to take.
     pub import: ImportOptions,
-    /// Size and chance of a demo scene.
+    /// Size and chance of a demo scene; its moment is that of [`time`](Self::time).
     pub generate: GenerateOptions,
     /// The moment in seconds of a scene that moves; none for a file's scene at rest, and for 0 of a demo.
     pub time: Option<f32>,
@@ -31,6 +31,13 @@ pub struct LoadOptions {
     pub bypass_kernel_cache: bool,
     /// Changes to materials, lights and environment, applied last.
     pub overrides: Option<Overrides>,
+}
+
+impl LoadOptions {
+    /// How a demo scene is made.
+    fn demo(&self) -> GenerateOptions {
+        GenerateOptions { time: self.time.unwrap_or(0.0), ..self.generate }
+    }
 }
 
 /// Opens a scene in memory: a file, or `demo:NAME`.
@@ -50,15 +57,12 @@ pub fn load(source: &str, options: &LoadOptions) -> Result<Scene, Error> {
 /// The scene of a description at the moment of the options. What a scene gets of its own, such as a camera, it gets at rest.
 pub(crate) fn posed(desc: SceneDesc, source: &str, options: &LoadOptions) -> Result<Scene, Error> {
     let mut scene = Scene::new(desc)?;
-    match (options.time, scene.motion().cloned()) {
-        (Some(time), Some(motion)) => {
-            scene.pose(motion.pose(time)?)?;
-        }
-        // A demo is made for its moment.
-        (Some(_), None) if !source.starts_with("demo:") => {
+    // A demo is made for its moment.
+    if let Some(time) = options.time.filter(|_| !source.starts_with("demo:")) {
+        let Some(motion) = scene.motion().cloned() else {
             return Err(Error::scene("nothing moves in this scene", source, "leave the time out"));
-        }
-        _ => {}
+        };
+        scene.pose(motion.pose(time)?)?;
     }
     Ok(scene)
 }
@@ -69,7 +73,7 @@ pub(crate) fn posed(desc: SceneDesc, source: &str, options: &LoadOptions) -> Res
 /// Those of [`load`] that do not concern a mesh.
 pub fn stream(source: &str, options: &LoadOptions) -> Result<SceneStream, Error> {
     let mut stream = match source.strip_prefix("demo:") {
-        Some(name) => generate::stream(name, &options.generate)?,
+        Some(name) => generate::stream(name, &options.demo())?,
         None => at_moment(describe(source, options)?, options.time)?.into(),
     };
     adapt(&mut stream.desc, options)?;
@@ -120,7 +124,7 @@ fn size_of(placed: &[Placed], options: &LoadOptions) -> Result<FileSize, Error> 
     let mut sum = FileSize::default();
     for Placed { source, transforms } in placed {
         let size = match source.strip_prefix("demo:") {
-            Some(name) => demo_size(name, &options.generate)?,
+            Some(name) => demo_size(name, &options.demo())?,
             None => vastlight_import::file_size(Path::new(source), &options.import)?,
         };
         let instances = size.instances.saturating_mul(transforms.len() as u64);
@@ -177,7 +181,7 @@ fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error>
     let mut merged = Merged::default();
     for Placed { source, transforms } in placed {
         let scene = match source.strip_prefix("demo:") {
-            Some(name) => generate::stream(name, &options.generate)?.into(),
+            Some(name) => generate::stream(name, &options.demo())?.into(),
             None if options.time.is_some() => {
                 let desc = vastlight_import::load(Path::new(source), &options.import)?;
                 SceneStream::from(at_moment(desc, options.time)?).into()
@@ -199,7 +203,7 @@ pub(crate) fn request_of(source: &str, options: &LoadOptions) -> Result<(Vec<Sou
 fn given_files(given: &[String], placed: &[Placed], options: &LoadOptions) -> Result<Vec<SourceFile>, Error> {
     let manifests = given.iter().filter(|source| is_manifest(source));
     let names = manifests.chain(placed.iter().map(|file| &file.source));
-    let GenerateOptions { triangles, seed, time, .. } = options.generate;
+    let GenerateOptions { triangles, seed, time, .. } = options.demo();
     let file = |name: &String| {
         if name.starts_with("demo:") {
             let size = triangles.map_or(String::new(), |n| format!(", {n} triangles"));
@@ -251,7 +255,7 @@ pub(crate) fn adapt(desc: &mut SceneDesc, options: &LoadOptions) -> Result<(), E
 /// If the file cannot be read or is wrong, or the demo is unknown.
 pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error> {
     if let Some(name) = source.strip_prefix("demo:") {
-        return Ok(generate::by_name(name, &options.generate)?);
+        return Ok(generate::by_name(name, &options.demo())?);
     }
     refuse_remote(source)?;
     if !is_manifest(source) {

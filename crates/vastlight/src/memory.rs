@@ -24,6 +24,9 @@ pub struct MemoryEstimate {
 
 /// Bytes of the acceleration structure a unique triangle, the builder's working memory included.
 const STRUCTURE_BYTES_PER_TRIANGLE: u64 = 150;
+/// Bytes of what updates keep and work with besides, a triangle that moves, and of a pose.
+const MOVING_BYTES_PER_TRIANGLE: u64 = 100;
+const POSE_BYTES_PER_TRIANGLE: u64 = 40;
 /// Bytes of the tree over instances an instance.
 const STRUCTURE_BYTES_PER_INSTANCE: u64 = 32;
 /// Bytes of what is at hand of an instance, of scenes with few.
@@ -67,6 +70,13 @@ impl MemoryEstimate {
     #[must_use]
     pub fn with_photons(self, settings: &RenderSettings) -> Self {
         Self { paths: self.paths + photon_bytes(settings), ..self }
+    }
+
+    /// The same for frames between which so many triangles get other vertices.
+    #[must_use]
+    pub fn with_moving(self, triangles: u64) -> Self {
+        let structure = self.structure + triangles * MOVING_BYTES_PER_TRIANGLE;
+        Self { scene: self.scene + triangles * POSE_BYTES_PER_TRIANGLE, structure, ..self }
     }
 
     /// The same on a graphics processor.

@@ -56,7 +56,7 @@ pub struct MovingFigures {
     pub same_hits: bool,
 }
 
-/// Builders that come into question; their structures cut no triangles, as updated ones do not.
+/// Builders that come into question.
 const BUILDERS: [&str; 5] = [NAMES[0], "grid-sah", "hlbvh2", "hlbvh2-binned", "ploc"];
 /// Rays may take so much longer than over the best structure.
 const SLOWER: f64 = 1.05;

@@ -4,7 +4,7 @@
 use crate::render::{render_keeping, tracer_of};
 use crate::{Control, Error, ErrorClass, LoadOptions, OpenScene, RenderRequest, Rendered, open};
 use vastlight_gpu::Executor;
-use vastlight_scene::{Scene, generate};
+use vastlight_scene::generate;
 use vastlight_trace::{PoseError, PoseReport, Tracer, TracerConfig};
 
 /// What one picture leaves for the next of the same scene.
@@ -21,13 +21,9 @@ pub(crate) fn kept_tracer<'k>(
     open: &OpenScene,
     request: &RenderRequest,
 ) -> Result<&'k Tracer, Error> {
-    if kept.as_ref().is_none_or(|(config, _)| *config != request.tracer) {
-        *kept = Some((request.tracer.clone(), tracer_of(open, request)?));
-    }
-    match kept {
-        Some((_, tracer)) => Ok(tracer),
-        None => Err(Error::scene("there are no structures", "", "")),
-    }
+    let known = kept.take().filter(|(config, _)| *config == request.tracer);
+    let tracer = known.map_or_else(|| tracer_of(open, request), |(_, tracer)| Ok(tracer))?;
+    Ok(&kept.insert((request.tracer.clone(), tracer)).1)
 }
 
 /// A scene of which several pictures are made.
@@ -35,6 +31,7 @@ pub(crate) fn kept_tracer<'k>(
 pub struct Session {
     open: OpenScene,
     kept: Kept,
+    moving: u64,
     /// Where the scene comes from, if moments of it are made by opening it again.
     reopened: Option<(String, LoadOptions)>,
 }
@@ -47,16 +44,10 @@ impl Session {
             && source.strip_prefix("demo:").is_some_and(generate::moves)
             && open.stored.is_none();
         let reopened = is_function.then(|| (source.to_owned(), options.clone()));
-        Self { open, kept: Kept::default(), reopened }
+        Self { open, kept: Kept::default(), moving: 0, reopened }
     }
 
-    /// The scene at the moment of the last pose.
-    #[must_use]
-    pub fn scene(&self) -> &Scene {
-        &self.open.scene
-    }
-
-    /// The same, and where its meshes are.
+    /// The scene at the moment of the last pose, and where its meshes are.
     #[must_use]
     pub fn open(&self) -> &OpenScene {
         &self.open
@@ -68,7 +59,7 @@ impl Session {
     /// Nothing moves, the moment cannot be had, or does not fit the scene.
     pub fn pose(&mut self, time: f32) -> Result<PoseReport, Error> {
         if let Some((source, options)) = &mut self.reopened {
-            (options.generate.time, options.time) = (time, Some(time));
+            options.time = Some(time);
             self.open = open(source, options)?;
             self.kept.tracer = None;
             return Ok(PoseReport::default());
@@ -78,13 +69,23 @@ impl Session {
             return Err(Error::scene("nothing moves in this scene", "", hint));
         };
         let pose = motion.pose(time)?;
-        match &mut self.kept.tracer {
-            Some((_, tracer)) => Ok(tracer.pose(&mut self.open.scene, pose)?),
-            None => {
-                let change = self.open.scene.pose(pose)?;
-                Ok(PoseReport { change, ..PoseReport::default() })
+        let report = match self.kept.tracer.take() {
+            Some((config, mut tracer)) => {
+                let report = tracer.pose(&mut self.open.scene, pose)?;
+                self.kept.tracer = Some((config, tracer));
+                report
             }
-        }
+            None => PoseReport { change: self.open.scene.pose(pose)?, ..PoseReport::default() },
+        };
+        let extents = self.open.scene.extents();
+        self.moving = report.change.meshes.iter().map(|&mesh| extents[mesh as usize].triangles).sum();
+        Ok(report)
+    }
+
+    /// Triangles of the meshes that the last pose gave other vertices.
+    #[must_use]
+    pub fn moving_triangles(&self) -> u64 {
+        self.moving
     }
 
     /// Renders the scene as it is: see [`render`](crate::render()).

@@ -304,7 +304,10 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let mut session = Session::new(open, arguments.scene.name(), &options);
     let job = Job { arguments, common, png, denoising, reporter, cancel };
     match arguments.frames {
-        None => job.picture(&mut session, (&file, None), start, load_ms),
+        None => {
+            job.check(&session, start)?;
+            job.picture(&mut session, (&file, None), start, load_ms)
+        }
         Some(frames) => job.frames(&mut session, &file, frames, start),
     }
 }
@@ -329,8 +332,11 @@ impl Job<'_> {
         start: Instant,
     ) -> Result<Exit, Error> {
         let mut start = start;
-        for frame in frames.iter() {
-            session.pose((f64::from(frame) / f64::from(self.arguments.fps)) as f32)?;
+        for (i, frame) in frames.iter().enumerate() {
+            session.pose(values::moment(frame, self.arguments.fps))?;
+            if i == 0 {
+                self.check(session, start)?;
+            }
             let load_ms = millis(start.elapsed());
             let exit = self.picture(session, (file, Some(frame)), start, load_ms)?;
             if exit != Exit::Done {
@@ -345,7 +351,7 @@ impl Job<'_> {
     fn picture(
         &self,
         session: &mut Session,
-        (file, frame): (&PictureFile, Option<i32>),
+        (file, frame): (&PictureFile, Option<u32>),
         start: Instant,
         load_ms: f64,
     ) -> Result<Exit, Error> {
@@ -374,7 +380,17 @@ impl Job<'_> {
         conclude(arguments, common, reporter, file, &rendered, start)
     }
 
-    /// What is rendered of the scene as it is, if it fits into the memory budget.
+    /// Refuses what cannot be done with the scene, or does not fit into the memory budget.
+    fn check(&self, session: &Session, start: Instant) -> Result<(), Error> {
+        let request = self.request(session.open(), start)?;
+        check_request(session.open(), &request, self.common, session.moving_triangles())?;
+        match &self.denoising {
+            Some(denoising) => denoising.check_memory(request.settings.region().pixels(), self.common.memory),
+            None => Ok(()),
+        }
+    }
+
+    /// What is rendered of the scene as it is.
     fn request(&self, open: &OpenScene, start: Instant) -> Result<RenderRequest, Error> {
         let Self { arguments, common, denoising, .. } = self;
         let aovs = denoising.as_ref().map_or_else(|| arguments.output.aov.clone(), Denoising::rendered_aovs);
@@ -382,10 +398,6 @@ impl Job<'_> {
         request.paging.memory = common.memory;
         request.device = common.device_request();
         request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
-        check_request(open, &request, common)?;
-        if let Some(denoising) = denoising {
-            denoising.check_memory(request.settings.region().pixels(), common.memory)?;
-        }
         Ok(request)
     }
 }
@@ -518,10 +530,15 @@ fn warn(reporter: &Reporter, common: &Common, message: &str) {
     }
 }
 
-/// Refuses what cannot be done with a scene.
-pub(crate) fn check_request(open: &OpenScene, request: &RenderRequest, common: &Common) -> Result<(), Error> {
+/// Refuses what cannot be done with a scene of which so many triangles move.
+pub(crate) fn check_request(
+    open: &OpenScene,
+    request: &RenderRequest,
+    common: &Common,
+    moving: u64,
+) -> Result<(), Error> {
     if open.stored.is_none() {
-        return check_memory(&open.scene, request, common);
+        return check_memory((&open.scene, moving), request, common);
     }
     if matches!(request.settings.integrator, Integrator::Whitted | Integrator::PhotonCaustics) {
         let hint = "render the file that the store was packed from, or use path, direct, primary or ao";
@@ -531,10 +548,15 @@ pub(crate) fn check_request(open: &OpenScene, request: &RenderRequest, common: &
 }
 
 /// Refuses a picture that cannot fit into the budget.
-fn check_memory(scene: &Scene, request: &RenderRequest, common: &Common) -> Result<(), Error> {
+fn check_memory(
+    (scene, moving): (&Scene, u64),
+    request: &RenderRequest,
+    common: &Common,
+) -> Result<(), Error> {
     let pixels = request.settings.region().pixels();
     let estimate = MemoryEstimate::new(scene, pixels, &request.aovs, rayon::current_num_threads())
-        .with_photons(&request.settings);
+        .with_photons(&request.settings)
+        .with_moving(moving);
     let on_cpu = !matches!(request.device.device, Device::Gpu(_));
     let estimate = if on_cpu { estimate } else { estimate.on_graphics_processor(scene) };
     match common.memory.or_else(vastlight::default_budget_bytes) {

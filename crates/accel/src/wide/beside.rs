@@ -2,7 +2,7 @@
 //! built anew whenever they do. So the cost of a moment follows what moves.
 
 use super::{ChildRef, InstanceBvh, Node8, TopBvh, WideNode};
-use crate::{BuildConfig, BuildError, Quality, Scratch};
+use crate::{BuildConfig, BuildError, Scratch};
 use rayon::prelude::*;
 use vastlight_math::Aabb;
 
@@ -12,7 +12,6 @@ pub struct Still {
     nodes: usize,
     root: Option<(ChildRef, Aabb)>,
     levels: usize,
-    quality: Quality,
 }
 
 impl InstanceBvh {
@@ -27,11 +26,11 @@ impl InstanceBvh {
             _ => bounds(root.index() as u32),
         };
         let root = self.root.map(|root| (root, around(root)));
-        Still { nodes: self.nodes.len(), root, levels: self.levels, quality: self.quality }
+        Still { nodes: self.nodes.len(), root, levels: self.levels }
     }
 
     /// Puts a tree over `movers` beside what stands still, in the place of the last such tree. Movers whose box is empty are
-    /// left out; `bounds` and `costs` are as in [`InstanceBvh::build`].
+    /// left out; `bounds` are as in [`InstanceBvh::build`].
     ///
     /// # Errors
     /// Those of [`build()`](crate::build()).
@@ -40,12 +39,10 @@ impl InstanceBvh {
         still: &Still,
         (name, movers): (&str, &[u32]),
         bounds: impl Fn(u32) -> Aabb + Sync,
-        costs: impl Fn(u32) -> f64 + Sync,
         config: &BuildConfig,
     ) -> Result<(), BuildError> {
         let boxes: Vec<Aabb> = movers.par_iter().with_min_len(64).map(|&i| bounds(i)).collect();
-        let costs = |place: u32| costs(movers[place as usize]);
-        let top = TopBvh::build(name, &boxes, costs, config, &mut Scratch::default())?;
+        let top = TopBvh::build(name, &boxes, |_| 1.0, config, &mut Scratch::default())?;
         let child = |child: ChildRef| match child {
             ChildRef::NONE => child,
             child if child.is_leaf() => ChildRef::leaf(movers[child.index()]),
@@ -70,12 +67,6 @@ impl InstanceBvh {
             (None, Some((root, _))) => (self.root, self.levels) = (Some(root), top.levels),
             (_, None) => {}
         }
-        self.quality = Quality {
-            nodes: still.quality.nodes + top.quality.nodes,
-            references: still.quality.references + top.quality.references,
-            depth: 1 + still.quality.depth.max(top.quality.depth),
-            ..still.quality
-        };
         Ok(())
     }
 }
@@ -119,12 +110,12 @@ mod tests {
             for by in [0.0, 50.0, -30.0] {
                 now = boxes(count, &movers, by);
                 let bounds = |i: u32| now[i as usize];
-                bvh.put_beside(&still, ("", &movers), bounds, |_| 1.0, &config).expect("built");
+                bvh.put_beside(&still, ("", &movers), bounds, &config).expect("built");
                 check(&bvh, &now);
                 assert!(bvh.bytes() <= bytes + 256 * (movers.len() + 1), "no tree stays behind");
             }
             // Nobody moves any more.
-            bvh.put_beside(&still, ("", &[]), |_| Aabb::EMPTY, |_| 1.0, &config).expect("built");
+            bvh.put_beside(&still, ("", &[]), |_| Aabb::EMPTY, &config).expect("built");
             assert_eq!(bvh.root, still.root.map(|(root, _)| root));
         }
     }

@@ -187,7 +187,7 @@ pub struct InstanceBvh {
     pub root: Option<ChildRef>,
     /// Nodes on the longest way from the root to a leaf.
     pub levels: usize,
-    /// Of the binary trees.
+    /// Of the binary trees as they were built, without movers that were put beside them.
     pub quality: Quality,
 }
 

@@ -120,6 +120,21 @@ pub struct MeshBvh {
     pub scale: f32,
 }
 
+/// A mesh without triangles.
+impl Default for MeshBvh {
+    fn default() -> Self {
+        Self {
+            nodes: Pages::default(),
+            blocks: Pages::default(),
+            root: None,
+            levels: 0,
+            bounds: Aabb::EMPTY,
+            extent: 0.0,
+            scale: 1.0,
+        }
+    }
+}
+
 /// What a build took and gave.
 #[derive(Clone, Debug, Default)]
 pub struct MeshBuild {

@@ -111,3 +111,36 @@ fn a_pose_that_does_not_fit_leaves_scene_and_tracer_as_they_were() {
     assert_eq!(nothing.change, Default::default());
     assert_eq!(answers(&tracer, 0.0), before);
 }
+
+/// A row of triangles of which some go up, each in a part of its own of what is kept together.
+#[test]
+fn movers_among_many_that_stand_still_are_found() {
+    let movers = [3_u32, 700, 1500, 1999];
+    let row = || {
+        let triangle = soup([[Vec3::ZERO, Vec3::X * 0.9, Vec3::Y]]);
+        let places = (0..2000).map(|i| Affine3::from_translation(Vec3::X * i as f32)).collect();
+        crate::common::scene(vec![(triangle, places)])
+    };
+    let pose = |height: f32| Pose {
+        instances: movers.map(|i| (i, Affine3::from_translation(Vec3::new(i as f32, height, 0.0)))).to_vec(),
+        ..Pose::default()
+    };
+    let above = |height: f32| -> Vec<Ray> {
+        let at = |i: u32| Ray::new(Vec3::new(i as f32 + 0.2, height + 0.2, 5.0), Vec3::NEG_Z);
+        (0..2000).map(at).collect()
+    };
+    let mut scene = row();
+    let mut tracer = tracer_over("", &scene, Level::detect());
+    for height in [10.0, 300.0, -7.0] {
+        tracer.pose(&mut scene, pose(height)).expect("fits");
+        let hit: Vec<u32> =
+            closest(&tracer, &above(height)).iter().filter(|h| h.is_hit()).map(|h| h.instance).collect();
+        assert_eq!(hit, movers, "{height}");
+        let left = closest(&tracer, &above(0.0)).iter().filter(|h| h.is_hit()).count();
+        assert_eq!(left, 2000 - movers.len(), "{height}");
+        let mut fresh = row();
+        fresh.pose(pose(height)).expect("fits");
+        let fresh = tracer_over("", &fresh, Level::detect());
+        assert_eq!(tracer.world(), fresh.world());
+    }
+}

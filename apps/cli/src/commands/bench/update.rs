@@ -2,7 +2,7 @@
 
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
-use crate::values::{self, Frames};
+use crate::values::{self, Frames, Resolution};
 use clap::Args;
 use serde_json::json;
 use vastlight::trace::UpdateMethod;
@@ -30,8 +30,8 @@ struct Sequence {
     #[command(flatten)]
     scene: SceneArguments,
     /// Methods: clustered, refit, rotate, rebuild, auto
-    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = UpdateMethod::ALL.map(|m| m.name().to_owned()))]
-    method: Vec<String>,
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values = UpdateMethod::ALL.map(UpdateMethod::name), value_parser = values::update_method)]
+    method: Vec<UpdateMethod>,
     /// Frames
     #[arg(short, long, value_name = "A-BxS", default_value = "0-71", value_parser = values::frames)]
     frames: Frames,
@@ -39,31 +39,22 @@ struct Sequence {
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = values::positive)]
     fps: f32,
     /// Columns and rows of the camera's rays
-    #[arg(long, value_name = "N,N", value_delimiter = ',', default_values_t = [640, 480])]
-    size: Vec<u32>,
+    #[arg(short, long, value_name = "SIZE", default_value = "640x480", value_parser = values::resolution)]
+    resolution: Resolution,
     /// Builder of fresh trees [default: the fastest whose rays are within 5 % of the best]
     #[arg(long, value_name = "NAME", default_value = "")]
     accel: String,
 }
 
 impl Sequence {
-    fn request(&self, rays_per_frame: f64) -> Result<MovingRequest, Error> {
-        let method = |name: &String| {
-            let known = UpdateMethod::ALL.map(UpdateMethod::name).join(", ");
-            UpdateMethod::from_name(name)
-                .ok_or_else(|| Error::usage(format!("no method is called \"{name}\""), "--method", known))
-        };
-        let size = <[u32; 2]>::try_from(&self.size[..])
-            .ok()
-            .filter(|size| size.iter().all(|n| (1..=1 << 14).contains(n)))
-            .ok_or_else(|| Error::usage("two numbers are expected", "--size", "such as 640,480"))?;
-        Ok(MovingRequest {
-            methods: self.method.iter().map(method).collect::<Result<_, _>>()?,
-            times: self.frames.iter().map(|f| (f64::from(f) / f64::from(self.fps)) as f32).collect(),
-            size,
+    fn request(&self, rays_per_frame: f64) -> MovingRequest {
+        MovingRequest {
+            methods: self.method.clone(),
+            times: self.frames.iter().map(|frame| values::moment(frame, self.fps)).collect(),
+            size: self.resolution.size(None).into(),
             rays_per_frame,
             rebuild: self.accel.clone(),
-        })
+        }
     }
 }
 
@@ -71,19 +62,19 @@ pub(crate) fn update(arguments: &Update, common: &Common) -> Result<Exit, Error>
     let sequence = &arguments.sequence;
     let scene = sequence.scene.load(common)?;
     let mut all = Vec::new();
-    measure_moving(&scene, &sequence.request(1e6)?, |figures| {
+    measure_moving(&scene, &sequence.request(1e6), |figures| {
         println!("{}", line(&sequence.scene, figures));
         all.push(figures.clone());
     })?;
-    for name in &sequence.method {
-        let of_method: Vec<_> = all.iter().filter(|f| f.method.name() == name).collect();
+    for &method in &sequence.method {
+        let of_method: Vec<_> = all.iter().filter(|f| f.method == method).collect();
         let mean = |value: fn(&MovingFigures) -> f64| {
             of_method.iter().map(|f| value(f)).sum::<f64>() / of_method.len().max(1) as f64
         };
         let summary = json!({
             "bench": "update",
             "sequence": sequence.scene.shown(),
-            "method": name,
+            "method": method.name(),
             "frames": of_method.len(),
             "update_ms": mean(|f| f.update_ms),
             "scene_ms": mean(|f| f.scene_ms),
@@ -124,7 +115,7 @@ pub(crate) fn animate(arguments: &Animate, common: &Common) -> Result<Exit, Erro
     for millions in &arguments.rays {
         let rays = f64::from(*millions) * 1e6;
         let mut sums: Vec<(UpdateMethod, f64, f64)> = Vec::new();
-        measure_moving(&scene, &sequence.request(rays)?, |figures| {
+        measure_moving(&scene, &sequence.request(rays), |figures| {
             let trace_ms = figures.trace_ms * rays / figures.rays.max(1) as f64;
             match sums.iter_mut().find(|sum| sum.0 == figures.method) {
                 Some(sum) => (sum.1, sum.2) = (sum.1 + figures.update_ms, sum.2 + trace_ms),
@@ -142,7 +133,7 @@ pub(crate) fn animate(arguments: &Animate, common: &Common) -> Result<Exit, Erro
                 "update_ms": update_ms,
                 "trace_ms": trace_ms,
                 "against_best": (update_ms + trace_ms) / best,
-                "frames": sequence.frames.iter().len(),
+                "frames": sequence.frames.iter().count(),
             });
             println!("{line}");
         }
