@@ -121,7 +121,7 @@ fn movers_among_many_that_stand_still_are_found() {
         let places = (0..2000).map(|i| Affine3::from_translation(Vec3::X * i as f32)).collect();
         crate::common::scene(vec![(triangle, places)])
     };
-    let pose = |height: f32| Pose {
+    let pose = |movers: [u32; 4], height: f32| Pose {
         instances: movers.map(|i| (i, Affine3::from_translation(Vec3::new(i as f32, height, 0.0)))).to_vec(),
         ..Pose::default()
     };
@@ -132,15 +132,23 @@ fn movers_among_many_that_stand_still_are_found() {
     let mut scene = row();
     let mut tracer = tracer_over("", &scene, Level::detect());
     for height in [10.0, 300.0, -7.0] {
-        tracer.pose(&mut scene, pose(height)).expect("fits");
+        tracer.pose(&mut scene, pose(movers, height)).expect("fits");
         let hit: Vec<u32> =
             closest(&tracer, &above(height)).iter().filter(|h| h.is_hit()).map(|h| h.instance).collect();
         assert_eq!(hit, movers, "{height}");
         let left = closest(&tracer, &above(0.0)).iter().filter(|h| h.is_hit()).count();
         assert_eq!(left, 2000 - movers.len(), "{height}");
         let mut fresh = row();
-        fresh.pose(pose(height)).expect("fits");
+        fresh.pose(pose(movers, height)).expect("fits");
         let fresh = tracer_over("", &fresh, Level::detect());
         assert_eq!(tracer.world(), fresh.world());
+    }
+    // Others move, and those that did stand where they are.
+    let others = [4, 701, 1501, 1998];
+    tracer.pose(&mut scene, pose(others, 20.0)).expect("fits");
+    for (height, expected) in [(20.0, others), (-7.0, movers)] {
+        let hits = closest(&tracer, &above(height));
+        let hit: Vec<u32> = hits.iter().filter(|h| h.is_hit()).map(|h| h.instance).collect();
+        assert_eq!(hit, expected, "{height}");
     }
 }
