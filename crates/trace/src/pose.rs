@@ -155,3 +155,57 @@ impl Tracer {
         BuildConfig { level, split_budget, optimize, ..BuildConfig::default() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{TracerConfig, UpdateMethod};
+    use vastlight_accel::wide::ChildRef;
+    use vastlight_math::{Affine3, Vec3};
+    use vastlight_scene::{Instance, Mesh, MeshPose, SceneDesc};
+
+    const TRIANGLES: u32 = 4096;
+
+    /// Triangles in a row, each at its place.
+    fn row(place: impl Fn(u32) -> f32) -> Vec<Vec3> {
+        let corners = |i: u32| [Vec3::ZERO, Vec3::Y, Vec3::Z].map(|p| p * 0.1 + Vec3::X * place(i));
+        (0..TRIANGLES).flat_map(corners).collect()
+    }
+
+    fn levels(tree: &MeshTree, child: ChildRef) -> usize {
+        if child == ChildRef::NONE || child.is_leaf() {
+            return 0;
+        }
+        let below = tree.nodes()[child.index()].children.into_iter().map(|child| levels(tree, child));
+        1 + below.max().unwrap_or(0)
+    }
+
+    #[test]
+    fn rays_have_room_in_trees_that_grew_deep() {
+        for update in UpdateMethod::ALL {
+            let mesh = Mesh {
+                positions: row(|i| i as f32),
+                triangles: (0..TRIANGLES).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+                ..Mesh::default()
+            };
+            let instances = vec![Instance { world_from_object: Affine3::IDENTITY, mesh: 0, name: 0 }];
+            let desc = SceneDesc { meshes: vec![mesh], instances, ..SceneDesc::default() };
+            let mut scene = Scene::new(desc).expect("valid");
+            let config = TracerConfig { update, accel: "morton".into(), ..TracerConfig::default() };
+            let mut tracer = Tracer::new(&scene, &config).expect("built");
+            let before = tracer.stack_entries;
+            // Each half as far away as the one before: a tree of Morton codes is as deep as codes are long.
+            for base in [1.0, 0.97, 0.5] {
+                let positions = row(|i| 1e6 * f32::powi(base, i as i32));
+                let mesh = MeshPose { positions, ..MeshPose::default() };
+                let pose = Pose { meshes: vec![mesh], ..Pose::default() };
+                tracer.pose(&mut scene, pose).expect("fits");
+                let tree = &tracer.meshes[0];
+                let deep = tracer.top.levels + tree.root().map_or(0, |root| levels(tree, root));
+                assert!(tracer.stack_entries >= stack_entries(deep), "{update:?} {base}: {deep} levels");
+            }
+            let grows = update == UpdateMethod::Rebuild;
+            assert!(!grows || tracer.stack_entries > before, "the tree of the last moment is deeper");
+        }
+    }
+}

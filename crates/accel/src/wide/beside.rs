@@ -90,6 +90,16 @@ mod tests {
             (0..bvh.nodes.len()).filter_map(|i| Some(bvh.nodes.get(i)?.to_wide(i))).collect();
         let leaf = |i: usize| Some(vec![(i as u32, *boxes.get(i)?)]);
         validate_nodes(&nodes, bvh.root, boxes.len(), Boxes::Rounded, leaf, |_, _| false).expect("sound");
+        // Rays have room for so many levels.
+        assert!(bvh.root.map_or(0, |root| levels(&nodes, root)) <= bvh.levels);
+    }
+
+    fn levels(nodes: &[Node8], root: ChildRef) -> usize {
+        if root == ChildRef::NONE || root.is_leaf() {
+            return 0;
+        }
+        let below = nodes[root.index()].children.into_iter().map(|child| levels(nodes, child));
+        1 + below.max().unwrap_or(0)
     }
 
     #[test]
