@@ -19,6 +19,12 @@ fn small(name: &str, seed: u64) -> SceneDesc {
     by_name(name, &GenerateOptions { triangles, seed, ..GenerateOptions::default() }).expect("a demo")
 }
 
+/// The first mesh that moves, at a moment.
+pub(super) fn pose(desc: &SceneDesc, time: f32) -> crate::MeshPose {
+    let pose = desc.motion.as_ref().expect("moves").pose(time).expect("a moment");
+    pose.meshes.into_iter().next().expect("a mesh")
+}
+
 fn instanced_triangles(desc: &SceneDesc) -> u64 {
     desc.instances.iter().map(|i| desc.meshes[i.mesh as usize].triangles.len() as u64).sum()
 }
@@ -68,6 +74,15 @@ fn check_normals(name: &str, mesh: &Mesh) {
     });
     let against = against.count();
     assert!(against * 100 <= mesh.triangles.len(), "{name}/{}: {against} normals point inwards", mesh.name);
+}
+
+#[test]
+fn normals_go_with_what_moves() {
+    for (name, desc) in all() {
+        let Some(motion) = &desc.motion else { continue };
+        let moved = desc.clone().at(0.5 * motion.duration()).expect(name);
+        moved.meshes.iter().for_each(|mesh| check_normals(name, mesh));
+    }
 }
 
 #[test]

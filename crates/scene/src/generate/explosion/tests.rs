@@ -1,15 +1,11 @@
 use super::*;
 use crate::generate::by_name;
+use crate::generate::tests::pose;
 use vastlight_math::Aabb;
 
 fn scene() -> SceneDesc {
     let options = GenerateOptions { triangles: Some(60_000), seed: 4, ..GenerateOptions::default() };
     by_name("explosion", &options).expect("a demo")
-}
-
-fn pose(desc: &SceneDesc, time: f32) -> MeshPose {
-    let pose = desc.motion.as_ref().expect("moves").pose(time).expect("a moment");
-    pose.meshes.into_iter().next().expect("a mesh")
 }
 
 #[test]
@@ -53,4 +49,25 @@ fn shards_are_rigid() {
         assert!((before - after).abs() < 1e-5, "{before} {after}");
     }
     assert!(late.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-3));
+}
+
+#[test]
+fn first_poses_may_be_asked_for_at_once() {
+    // Who waits for the shards' flights takes up other work of its pool, which may be a pose as well.
+    let (mesh, shards) = shell(20_000, 4, [0, 1]);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().expect("a pool");
+    for _ in 0..30 {
+        let burst = Burst {
+            mesh: 0,
+            positions: mesh.positions.clone(),
+            normals: mesh.normals.clone(),
+            shards: shards.clone(),
+            chance: Chance::new(4, 0),
+            keys: OnceLock::new(),
+        };
+        let pose = || burst.pose(1.0).expect("a moment");
+        let two = || rayon::join(pose, pose);
+        let (left, right) = pool.install(|| rayon::join(two, two));
+        assert_eq!(left, right);
+    }
 }
