@@ -86,6 +86,21 @@ fn normals_go_with_what_moves() {
 }
 
 #[test]
+fn a_demo_that_moves_is_made_for_its_moment() {
+    for (name, desc) in all() {
+        let Some(motion) = &desc.motion else { continue };
+        let time = 0.5 * motion.duration();
+        let triangles =
+            DEMOS.iter().find(|d| d.name == *name).and_then(|d| d.sizes.as_ref()).map(|s| s.least);
+        let options = GenerateOptions { triangles, seed: 7, time, ..GenerateOptions::default() };
+        let made = by_name(name, &options).expect("a demo");
+        let rest = by_name(name, &GenerateOptions { time: 0.0, ..options }).expect("a demo");
+        assert_ne!(fingerprint(&made), fingerprint(&rest), "{name}");
+        assert_eq!(fingerprint(&made), fingerprint(&rest.at(time).expect("a moment")), "{name}");
+    }
+}
+
+#[test]
 fn the_seed_decides_and_nothing_else() {
     let fixed = ["caustic-sphere", "cornell", "julia", "prism"];
     for (name, desc) in all() {

@@ -1,11 +1,10 @@
 use super::*;
-use crate::generate::by_name;
 use crate::generate::tests::pose;
 use vastlight_math::Aabb;
 
 fn scene() -> SceneDesc {
     let options = GenerateOptions { triangles: Some(40_000), seed: 2, ..GenerateOptions::default() };
-    by_name("bodies", &options).expect("a demo")
+    super::bodies(&options)
 }
 
 #[test]
