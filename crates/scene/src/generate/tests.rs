@@ -19,6 +19,12 @@ fn small(name: &str, seed: u64) -> SceneDesc {
     by_name(name, &GenerateOptions { triangles, seed, ..GenerateOptions::default() }).expect("a demo")
 }
 
+/// The first mesh that moves, at a moment.
+pub(super) fn pose(desc: &SceneDesc, time: f32) -> crate::MeshPose {
+    let pose = desc.motion.as_ref().expect("moves").pose(time).expect("a moment");
+    pose.meshes.into_iter().next().expect("a mesh")
+}
+
 fn instanced_triangles(desc: &SceneDesc) -> u64 {
     desc.instances.iter().map(|i| desc.meshes[i.mesh as usize].triangles.len() as u64).sum()
 }
@@ -68,6 +74,30 @@ fn check_normals(name: &str, mesh: &Mesh) {
     });
     let against = against.count();
     assert!(against * 100 <= mesh.triangles.len(), "{name}/{}: {against} normals point inwards", mesh.name);
+}
+
+#[test]
+fn normals_go_with_what_moves() {
+    for (name, desc) in all() {
+        let Some(motion) = &desc.motion else { continue };
+        let moved = desc.clone().at(0.5 * motion.duration()).expect(name);
+        moved.meshes.iter().for_each(|mesh| check_normals(name, mesh));
+    }
+}
+
+#[test]
+fn a_demo_that_moves_is_made_for_its_moment() {
+    for (name, desc) in all() {
+        let Some(motion) = &desc.motion else { continue };
+        let time = 0.5 * motion.duration();
+        let triangles =
+            DEMOS.iter().find(|d| d.name == *name).and_then(|d| d.sizes.as_ref()).map(|s| s.least);
+        let options = GenerateOptions { triangles, seed: 7, time, ..GenerateOptions::default() };
+        let made = by_name(name, &options).expect("a demo");
+        let rest = by_name(name, &GenerateOptions { time: 0.0, ..options }).expect("a demo");
+        assert_ne!(fingerprint(&made), fingerprint(&rest), "{name}");
+        assert_eq!(fingerprint(&made), fingerprint(&rest.at(time).expect("a moment")), "{name}");
+    }
 }
 
 #[test]

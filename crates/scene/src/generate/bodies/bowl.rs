@@ -83,3 +83,29 @@ impl Bowl {
         lathe::lathe(&profile, sectors)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::BOWL;
+    use super::*;
+
+    #[test]
+    fn balls_touch_both_faces_the_rim_and_the_floor() {
+        let middle = BOWL.center();
+        let slanted = Vec3::new(0.6, -0.8, 0.0);
+        let on = |from_middle: f32| middle + slanted * from_middle;
+        let edge = 0.5 * (BOWL.wide(BOWL.radius) + BOWL.wide(BOWL.radius + BOWL.thickness));
+        let outside = BOWL.radius + BOWL.thickness;
+        // A ball of radius 0.1, a hundredth inside of what it touches; then a thousandth away.
+        for (at, away, which) in [
+            (on(BOWL.radius - 0.09), -slanted, 1),
+            (on(outside + 0.09), slanted, 1),
+            (Vec3::new(0.0, BOWL.rim + 0.5 * BOWL.thickness + 0.09, edge), Vec3::Y, 1),
+            (Vec3::new(3.0, 0.09, 0.0), Vec3::Y, 0),
+        ] {
+            let (normal, depth) = BOWL.touched(at, 0.1)[which].expect("a touch");
+            assert!((normal - away).length() < 1e-4 && (depth - 0.01).abs() < 1e-4, "{at}: {normal} {depth}");
+            assert_eq!(BOWL.touched(at + away * 0.011, 0.1)[which], None, "{at}");
+        }
+    }
+}

@@ -164,3 +164,33 @@ fn body(thing: &Thing) -> Body {
         inverse_inertia: 1.0 / (mass * thing.size * thing.size * thing.kind.inertia()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::rigid::Turn;
+    use super::*;
+
+    #[test]
+    fn both_bodies_of_a_contact_have_it_at_one_place() {
+        let thing = |kind: Kind, at: Vec3| Thing {
+            kind,
+            material: 0,
+            size: 0.1,
+            place: Place { turn: Turn::about(Vec3::Z, 0.4), at },
+            velocity: Vec3::ZERO,
+            spin: Vec3::ZERO,
+        };
+        let apart = Vec3::new(0.1, 0.1, 0.03);
+        let mut world = World::new(&[thing(Kind::Knot, Vec3::Y), thing(Kind::Cube, Vec3::Y + apart)]);
+        world.step();
+        let mut contacts = Vec::new();
+        world.meet_each_other(&mut contacts);
+        assert!(!contacts.is_empty());
+        for Contact { body, other, arm, normal, depth } in contacts {
+            let (other, other_arm) = other.expect("another body");
+            let point = |body: usize, arm: Vec3| world.bodies[body].place.at + arm;
+            let into = point(other, other_arm) - point(body, arm);
+            assert!((into - normal * depth).length() < 1e-5 && depth > 0.0, "{into} {normal} {depth}");
+        }
+    }
+}

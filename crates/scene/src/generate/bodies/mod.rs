@@ -10,7 +10,7 @@ mod tests;
 use super::caustic_sphere::square_lamp;
 use super::chance::Chance;
 use super::palette::{gold, lacquer, srgb, stone};
-use super::rigid::{Place, Turn};
+use super::rigid::{Place, Turn, carry};
 use super::shape::{Assembly, Shape};
 use super::{GenerateOptions, builder::Builder, solids, textures};
 use crate::{
@@ -20,7 +20,6 @@ use crate::{
 use bowl::Bowl;
 use dynamics::Flight;
 use kinds::Kind;
-use rayon::prelude::*;
 use std::f32::consts::TAU;
 use std::sync::Arc;
 use vastlight_math::{Affine3, Vec2, Vec3};
@@ -125,18 +124,8 @@ impl Motion for Swarm {
 
     fn pose(&self, time: f32) -> Result<Pose, SceneError> {
         let (mut positions, mut normals) = (self.local.positions.clone(), self.local.normals.clone());
-        let (mut points, mut directions) = (&mut positions[..], &mut normals[..]);
-        let mut bodies = Vec::with_capacity(self.counts.len());
-        for (&count, place) in self.counts.iter().zip(self.flight.at(time)) {
-            let (p, n);
-            (p, points) = points.split_at_mut(count);
-            (n, directions) = directions.split_at_mut(count);
-            bodies.push((place, p, n));
-        }
-        bodies.into_par_iter().for_each(|(place, points, normals)| {
-            points.iter_mut().for_each(|p| *p = place.point(*p));
-            normals.iter_mut().for_each(|n| *n = place.turn.apply(*n));
-        });
+        let bodies = self.counts.iter().zip(self.flight.at(time));
+        carry(bodies.map(|(&count, place)| (count, Vec3::ZERO, place)), &mut positions, &mut normals);
         let mesh = MeshPose { mesh: self.mesh, positions, normals, ..MeshPose::default() };
         Ok(Pose { meshes: vec![mesh], ..Pose::default() })
     }

@@ -10,7 +10,7 @@ mod tests;
 use super::caustic_sphere::square_lamp;
 use super::chance::Chance;
 use super::palette::{lacquer, srgb, stone};
-use super::rigid::{Keys, between_keys};
+use super::rigid::{Keys, between_keys, carry};
 use super::shape::{Assembly, Shape, turn};
 use super::{GenerateOptions, builder::Builder, solids, statue, textures};
 use crate::{
@@ -98,6 +98,17 @@ struct Burst {
     keys: OnceLock<Keys>,
 }
 
+impl Burst {
+    /// Found outside of the lock: who waits for the shards' flights may take up another pose meanwhile.
+    fn keys(&self) -> &Keys {
+        if let Some(keys) = self.keys.get() {
+            return keys;
+        }
+        let found = flight::keys(&self.shards, &self.positions, &self.chance);
+        self.keys.get_or_init(|| found)
+    }
+}
+
 impl Motion for Burst {
     fn duration(&self) -> f32 {
         DURATION
@@ -106,20 +117,10 @@ impl Motion for Burst {
     fn pose(&self, time: f32) -> Result<Pose, SceneError> {
         let (mut positions, mut normals) = (self.positions.clone(), self.normals.clone());
         if time > BURST {
-            let keys = self.keys.get_or_init(|| flight::keys(&self.shards, &self.positions, &self.chance));
-            let places = between_keys(keys, time - BURST);
-            let (mut points, mut directions) = (&mut positions[..], &mut normals[..]);
-            let mut shards = Vec::with_capacity(places.len());
-            for (shard, place) in self.shards.iter().zip(places) {
-                let (p, n);
-                (p, points) = points.split_at_mut(shard.vertices.len());
-                (n, directions) = directions.split_at_mut(shard.vertices.len());
-                shards.push((shard.center, place, p, n));
-            }
-            shards.into_par_iter().for_each(|(center, place, points, normals)| {
-                points.iter_mut().for_each(|p| *p = place.point(*p - center));
-                normals.iter_mut().for_each(|n| *n = place.turn.apply(*n));
-            });
+            let places = between_keys(self.keys(), time - BURST);
+            let shards = self.shards.iter().zip(places);
+            let shards = shards.map(|(shard, place)| (shard.vertices.len(), shard.center, place));
+            carry(shards, &mut positions, &mut normals);
         }
         let mesh = MeshPose { mesh: self.mesh, positions, normals, ..MeshPose::default() };
         Ok(Pose { meshes: vec![mesh], ..Pose::default() })
@@ -128,12 +129,7 @@ impl Motion for Burst {
 
 /// A studio: floor that runs up into the wall behind, a plinth of dark stone, a large soft lamp, a warm rim, a fill.
 fn stage(b: &mut Builder, seed: u32) {
-    let dark = textures::marble("dark marble", srgb(0x2c3330), srgb(0x8d9a92), seed ^ 21);
-    let dark = b.texture(dark, Encoding::Srgb, Vec2::splat(0.9));
-    let dark = b.material(Material {
-        base_color: ColorInput { factor: Vec3::ONE, texture: Some(dark) },
-        ..stone("dark marble", Vec3::ONE, 0.18)
-    });
+    let dark = statue::dark_marble(b, seed);
     let mut plinth = Assembly::default();
     let size = PLINTH * Vec3::new(2.0, 1.0, 2.0);
     plinth.add(dark, &solids::beveled_box(size, 0.008).at(0.0, 0.5 * PLINTH.y, 0.0));

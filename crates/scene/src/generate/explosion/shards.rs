@@ -202,13 +202,13 @@ pub(super) fn cut(mesh: &Mesh, grid: Grid, pattern: &Pattern, materials: [u32; 2
         whole.normals.extend(&piece.normals);
         shards.push(Shard { vertices: first..whole.positions.len(), center: piece.center });
     }
-    for faces in [|p: &Piece| p.outer.clone(), |p: &Piece| p.inner.clone()] {
+    for (side, material) in materials.into_iter().enumerate() {
         let first_triangle = whole.triangles.len() as u32;
-        let material = materials[whole.parts.len()];
         whole.parts.push(Part { first_triangle, material });
         for (piece, shard) in pieces.iter().zip(&shards) {
             let first = shard.vertices.start as u32;
-            whole.triangles.extend(faces(piece).iter().map(|t| t.map(|i| i + first)));
+            let faces = [&piece.outer, &piece.inner][side];
+            whole.triangles.extend(faces.iter().map(|t| t.map(|i| i + first)));
         }
     }
     (whole, shards)
@@ -323,5 +323,28 @@ mod tests {
             whole.triangles.iter().all(|t| t.iter().all(|&i| owners[i as usize] == owners[t[0] as usize]))
         );
         assert!(owners.iter().all(|&o| o > 0));
+    }
+
+    #[test]
+    fn shards_are_closed_and_no_crumbs() {
+        let (mesh, grid) = head(40_000);
+        let (whole, shards) = cut(&mesh, grid, &Pattern::new(&mesh, grid, 5), [0, 1]);
+        let inner = whole.parts[1].first_triangle as usize;
+        for Shard { vertices, center } in &shards {
+            // The faces of a closed body cancel out; cones over them from any point make up its volume.
+            let (mut sum, mut area, mut outside, mut volume) = (Vec3::ZERO, 0.0, 0.0, 0.0);
+            for (t, corners) in whole.triangles.iter().enumerate() {
+                if vertices.contains(&(corners[0] as usize)) {
+                    let [a, b, c] = corners.map(|i| whole.positions[i as usize] - *center);
+                    let face = (b - a).cross(c - a) * 0.5;
+                    sum += face;
+                    area += face.length();
+                    outside += if t < inner { face.length() } else { 0.0 };
+                    volume += a.dot(face) / 3.0;
+                }
+            }
+            assert!(sum.length() < 1e-4 * area, "{vertices:?}: {sum} of {area}");
+            assert!(outside > 0.99 * CRUMB && volume > 0.0, "{vertices:?}: {outside}, {volume}");
+        }
     }
 }

@@ -1,15 +1,10 @@
 use super::*;
-use crate::generate::by_name;
+use crate::generate::tests::pose;
 use vastlight_math::Aabb;
 
 fn scene() -> SceneDesc {
     let options = GenerateOptions { triangles: Some(60_000), seed: 4, ..GenerateOptions::default() };
-    by_name("explosion", &options).expect("a demo")
-}
-
-fn pose(desc: &SceneDesc, time: f32) -> MeshPose {
-    let pose = desc.motion.as_ref().expect("moves").pose(time).expect("a moment");
-    pose.meshes.into_iter().next().expect("a mesh")
+    super::explosion(&options)
 }
 
 #[test]
@@ -23,6 +18,8 @@ fn nothing_moves_before_the_burst_and_all_rests_in_the_end() {
     let moved = late.positions.iter().zip(&end.positions).filter(|(a, b)| (**a - **b).length() > 2e-3);
     let moved = moved.count();
     assert!(moved * 50 < end.positions.len(), "{moved} of {} still move", end.positions.len());
+    let still = late.positions.iter().zip(&end.positions).filter(|(a, b)| a == b).count();
+    assert!(still * 2 > end.positions.len(), "{still} of {} lie still", end.positions.len());
 }
 
 #[test]
@@ -36,6 +33,9 @@ fn shards_stay_above_the_floor_and_in_the_studio() {
             bounds.min.z > WALL - 0.02 && bounds.max.abs().max(bounds.min.abs()).max_element() < 12.0,
             "{bounds:?}"
         );
+        let inside = PLINTH - Vec3::splat(0.04);
+        let sunk = moment.positions.iter().filter(|p| p.abs().cmplt(inside).all()).count();
+        assert!(sunk * 200 <= moment.positions.len(), "{step}: {sunk} vertices in the plinth");
     }
     let end = pose(&desc, DURATION);
     let highest = end.positions.iter().filter(|p| p.y > 0.3).count();
@@ -53,4 +53,39 @@ fn shards_are_rigid() {
         assert!((before - after).abs() < 1e-5, "{before} {after}");
     }
     assert!(late.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-3));
+}
+
+#[test]
+fn normals_stand_on_the_faces_outside() {
+    let desc = scene();
+    let mesh = &desc.meshes[pose(&desc, 0.0).mesh as usize];
+    let outside = mesh.parts[1].first_triangle;
+    let steep = (0..outside).filter(|&t| {
+        let [a, b, c] = mesh.corners(t);
+        let normal: Vec3 = mesh.triangles[t as usize].iter().map(|&i| mesh.normals[i as usize]).sum();
+        (b - a).cross(c - a).normalize_or_zero().dot(normal / 3.0) < 0.95
+    });
+    let steep = steep.count();
+    assert!(steep * 4 < outside as usize, "{steep} of {outside}");
+}
+
+#[test]
+fn first_poses_may_be_asked_for_at_once() {
+    // Who waits for the shards' flights takes up other work of its pool, which may be a pose as well.
+    let (mesh, shards) = shell(20_000, 4, [0, 1]);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().expect("a pool");
+    for _ in 0..30 {
+        let burst = Burst {
+            mesh: 0,
+            positions: mesh.positions.clone(),
+            normals: mesh.normals.clone(),
+            shards: shards.clone(),
+            chance: Chance::new(4, 0),
+            keys: OnceLock::new(),
+        };
+        let pose = || burst.pose(1.0).expect("a moment");
+        let two = || rayon::join(pose, pose);
+        let (left, right) = pool.install(|| rayon::join(two, two));
+        assert_eq!(left, right);
+    }
 }

@@ -97,14 +97,19 @@ fn fill_triangles(triangles: &mut [[u32; 3]], rings: usize, columns: u32) {
     });
 }
 
-/// Plinth, floor, back wall, a soft skylight and a small spot.
-fn hall(b: &mut Builder, seed: u32) {
+/// What plinths are made of.
+pub(super) fn dark_marble(b: &mut Builder, seed: u32) -> u32 {
     let dark = textures::marble("dark marble", srgb(0x2c3330), srgb(0x8d9a92), seed ^ 21);
     let dark = b.texture(dark, Encoding::Srgb, Vec2::splat(0.9));
-    let dark = b.material(Material {
+    b.material(Material {
         base_color: ColorInput { factor: Vec3::ONE, texture: Some(dark) },
         ..stone("dark marble", Vec3::ONE, 0.18)
-    });
+    })
+}
+
+/// Plinth, floor, back wall, a soft skylight and a small spot.
+fn hall(b: &mut Builder, seed: u32) {
+    let dark = dark_marble(b, seed);
     let mut plinth = Assembly::default();
     plinth.add(dark, &solids::beveled_box(Vec3::new(0.46, 0.98, 0.46), 0.008).at(0.0, 0.55, 0.0));
     plinth.add(dark, &solids::beveled_box(Vec3::new(0.54, 0.06, 0.54), 0.012).at(0.0, 0.03, 0.0));
