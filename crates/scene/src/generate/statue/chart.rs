@@ -27,15 +27,22 @@ impl Chart {
     /// The chart; it is the same for every statue and made once.
     pub(super) fn shared() -> &'static Self {
         static CHART: OnceLock<Chart> = OnceLock::new();
-        CHART.get_or_init(|| {
-            let top = crown();
-            let mut radii = vec![0.0; ROWS * COLUMNS];
-            radii.par_chunks_mut(COLUMNS).enumerate().for_each(|(row, radii)| {
-                let y = top * (1.0 - depth(row as f32 / (ROWS - 1) as f32));
-                march_around(y, radii);
-            });
-            Self { radii, top }
-        })
+        if let Some(chart) = CHART.get() {
+            return chart;
+        }
+        // Not inside of the lock: a thread that waits for others may take up work that waits for the chart.
+        let chart = Self::new();
+        CHART.get_or_init(|| chart)
+    }
+
+    fn new() -> Self {
+        let top = crown();
+        let mut radii = vec![0.0; ROWS * COLUMNS];
+        radii.par_chunks_mut(COLUMNS).enumerate().for_each(|(row, radii)| {
+            let y = top * (1.0 - depth(row as f32 / (ROWS - 1) as f32));
+            march_around(y, radii);
+        });
+        Self { radii, top }
     }
 
     /// The point where all angles meet: the crown at 0, the middle of the cut at 1.
