@@ -85,7 +85,7 @@ impl Clusters {
     }
 
     /// The tree that is published: its primitives are clusters, and its leaves have at most [`PUBLISHED_LEAF`] triangles,
-    /// or one cluster.
+    /// or one cluster. Over a mesh that [`Clusters::build`] builds without clusters it has none.
     ///
     /// # Errors
     /// Those of [`build()`](crate::build()).
