@@ -4,12 +4,17 @@
 //!
 //! Both sides take turns, so that what else the machine does slows down both; the best of several turns counts.
 
+#[path = "../tests/common/mod.rs"]
+mod common;
 #[path = "../tests/common/deforming.rs"]
 mod deforming;
+#[path = "../tests/common/moving.rs"]
+mod moving;
 #[path = "../tests/common/walk.rs"]
 mod walk;
 
-use deforming::{Moving, by_name};
+use deforming::by_name;
+use moving::Moving;
 use rayon::prelude::*;
 use std::time::Instant;
 use vastlight_accel::cluster::{Generator, Heuristic, PUBLISHED_LEAF, stop_leaves};

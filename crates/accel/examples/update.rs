@@ -3,6 +3,8 @@
 //! `cargo run --release -p vastlight-accel --example update [-- SCENE] [--short]`
 #![allow(clippy::print_stdout, reason = "an example speaks")]
 
+#[path = "../tests/common/mod.rs"]
+mod common;
 #[path = "../tests/common/moving.rs"]
 mod moving;
 

@@ -3,11 +3,14 @@
 mod common;
 #[path = "common/deforming.rs"]
 mod deforming;
+#[path = "common/moving.rs"]
+mod moving;
 #[path = "common/walk.rs"]
 mod walk;
 
 use common::{Soup, inputs, point};
-use deforming::{Moving, by_name};
+use deforming::by_name;
+use moving::Moving;
 use proptest::prelude::*;
 use rayon::ThreadPoolBuilder;
 use vastlight_accel::build::NAMES;
@@ -18,7 +21,7 @@ use vastlight_accel::{
 };
 use vastlight_math::{Aabb, Vec3};
 use vastlight_simd::Level;
-use walk::Closest;
+use walk::{Closest, Hit};
 
 const KINDS: [(Heuristic, Generator); 4] = [
     (Heuristic::Acc, Generator::Merging),
@@ -50,7 +53,7 @@ fn rays(mesh: &MeshView<'_>, count: usize) -> Vec<[Vec3; 2]> {
     (0..count).map(ray).collect()
 }
 
-fn hits(bvh: &MeshBvh, rays: &[[Vec3; 2]], every_block: bool) -> Vec<(f32, u32)> {
+fn hits(bvh: &MeshBvh, rays: &[[Vec3; 2]], every_block: bool) -> Vec<Hit> {
     Level::detect().dispatch(Closest { bvh, rays, every_block }).hits
 }
 
@@ -159,6 +162,11 @@ fn wrong_trees_are_found() {
     let node = old.root.map_or(0, |root| root.index());
     old.nodes[node].planes[0][1] = [-10.0; 8];
     assert_ne!(hits(&old, &rays, false), expected, "boxes that contain nothing lose hits");
+    let mut cut = built();
+    let inner = cut.nodes[node].children.into_iter().find(|child| !child.is_leaf());
+    cut.root = Some(inner.expect("a node below the root"));
+    let violation = cut.validate(&mesh).expect_err("nodes that nothing leads to");
+    assert!(matches!(violation, Violation::Shape { what: "is not reached", .. }), "{violation}");
     // Clusters of other triangles are not connected.
     let shuffled: Vec<[u32; 3]> =
         (0..moving.triangles.len()).map(|i| moving.triangles[(i * 7919) % moving.triangles.len()]).collect();
@@ -168,7 +176,7 @@ fn wrong_trees_are_found() {
 
 #[test]
 fn clusters_and_trees_do_not_depend_on_threads() {
-    // So many triangles that they are merged in parts.
+    // So many triangles that they are merged, and grown, in parts.
     let moving = by_name("statue", 150_000);
     let first = moving.at(0.0);
     let mesh = view(&moving, &first);
@@ -177,6 +185,8 @@ fn clusters_and_trees_do_not_depend_on_threads() {
         pool.install(|| {
             let clusters = Clusters::new(&mesh, &ClusterConfig::DEFAULT);
             clusters.validate(&mesh).expect("sound");
+            let grown = Clusters::new(&mesh, &config(KINDS[1], 50));
+            grown.validate(&mesh).expect("sound");
             Level::available().into_iter().map(move |level| {
                 let config = BuildConfig { level, ..BuildConfig::default() };
                 let bvh = clusters.build("", &mesh, &config, &mut Scratch::default()).expect("built").0;
@@ -228,10 +238,15 @@ fn another_mesh_is_built_without_clusters_and_unknown_builders_are_errors() {
     let first = moving.at(0.0);
     let mesh = view(&moving, &first);
     let clusters = Clusters::new(&mesh, &ClusterConfig::DEFAULT);
-    let (config, mut scratch) = (BuildConfig::default(), Scratch::default());
+    // Without clusters triangles may be cut, which are counted below.
+    let config = BuildConfig { split_budget: Some(1.0), ..BuildConfig::default() };
+    let mut scratch = Scratch::default();
     let fewer = MeshView { triangles: &moving.triangles[1..], ..mesh };
     let few = MeshView { positions: &first[..3], triangles: &[[0, 1, 2]] };
-    for other in [fewer, few] {
+    // As many triangles, over fewer vertices than the clusters name.
+    let equal = vec![[0, 1, 2]; moving.triangles.len()];
+    let small = MeshView { positions: &first[..3], triangles: &equal };
+    for other in [fewer, few, small] {
         let (bvh, _) = clusters.build("", &other, &config, &mut scratch).expect("built");
         check(&bvh, &other, "another mesh");
     }

@@ -2,16 +2,18 @@
 //! finds, bit by bit.
 
 mod common;
+#[path = "common/walk.rs"]
+mod walk;
 
 use common::{boxes, inputs, noise, point};
 use rayon::ThreadPoolBuilder;
 use vastlight_accel::kdtree::traverse::KdRay;
 use vastlight_accel::kdtree::{Cuts, KdConfig, KdMesh, KdNode, KdTree, KdViolation, build};
 use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
-use vastlight_accel::triangle::intersect;
-use vastlight_accel::wide::{Block8, MeshView};
+use vastlight_accel::wide::MeshView;
 use vastlight_math::{Aabb, Vec3};
 use vastlight_simd::Portable;
+use walk::{Hit, MISS, meet};
 
 fn configs() -> [KdConfig; 4] {
     let base = KdConfig::default();
@@ -115,40 +117,25 @@ fn faults_are_found() {
     assert!(matches!(KdTree::default().validate(&boxes), Err(KdViolation::Coverage { .. })));
 }
 
-/// `t` and number of the closest hit, in the space of `mesh`.
-type Found = Option<(f32, u32)>;
-
-/// Takes the hits of a block into account.
-fn meet(block: &Block8, ray: &TriangleRay, best: &mut Found) {
-    let hits = intersect(Portable, block, ray);
-    for lane in (0..8).filter(|lane| hits.lanes >> lane & 1 == 1) {
-        let found = (hits.t[lane], block.prims[lane]);
-        if found.0 >= 0.0 && best.is_none_or(|best| found < best) {
-            *best = Some(found);
-        }
-    }
-}
-
 /// By threads or with a stack; also counts the leaves on the way.
-fn walk(mesh: &KdMesh, (boxes, ray): &(BoxRay, TriangleRay), stacked: bool, leaves: &mut usize) -> Found {
+fn walk(mesh: &KdMesh, (boxes, ray): &(BoxRay, TriangleRay), stacked: bool, leaves: &mut usize) -> Hit {
     let kd_ray = KdRay::new(boxes, 0.0);
-    let (mut best, mut stack) = (None, Vec::new());
-    let t_max = |best: Found| best.map_or(f32::INFINITY, |b| b.0);
+    let (mut best, mut stack) = (MISS, Vec::new());
     let mut next = if stacked {
-        kd_ray.first_stacked(&mesh.nodes, t_max(best), &mut stack)
+        kd_ray.first_stacked(&mesh.nodes, best.0, &mut stack)
     } else {
-        kd_ray.first(&mesh.nodes, t_max(best))
+        kd_ray.first(&mesh.nodes, best.0)
     };
     while let Some((leaf, span)) = next {
         *leaves += 1;
-        mesh.blocks[mesh.nodes[leaf].items()].iter().for_each(|block| meet(block, ray, &mut best));
-        if t_max(best) < span.safe {
+        mesh.blocks[mesh.nodes[leaf].items()].iter().for_each(|block| meet(Portable, block, ray, &mut best));
+        if best.0 < span.safe {
             break;
         }
         next = if stacked {
-            kd_ray.after_stacked(&mesh.nodes, t_max(best), &mut stack)
+            kd_ray.after_stacked(&mesh.nodes, best.0, &mut stack)
         } else {
-            kd_ray.after(&mesh.nodes, leaf, t_max(best))
+            kd_ray.after(&mesh.nodes, leaf, best.0)
         };
     }
     best
@@ -193,13 +180,13 @@ fn walks_find_what_brute_force_finds() {
             for (origin, direction) in rays(&triangles, count) {
                 let scaled = ScaledRay::new(origin * mesh.scale, direction * mesh.scale);
                 let Some(ray) = scaled.and_then(|ray| ray.for_triangles(mesh.extent)) else { continue };
-                let mut expected = None;
-                mesh.blocks.iter().for_each(|block| meet(block, &ray.1, &mut expected));
+                let mut expected = MISS;
+                mesh.blocks.iter().for_each(|block| meet(Portable, block, &ray.1, &mut expected));
                 let (mut threaded, mut stacked) = (0, 0);
                 assert_eq!(walk(&mesh, &ray, false, &mut threaded), expected, "{input}, {config:?}");
                 assert_eq!(walk(&mesh, &ray, true, &mut stacked), expected, "{input}, {config:?}, stack");
                 assert!(threaded <= stacked, "{input}: threads see bounds, which are tighter than cuts");
-                hits += usize::from(expected.is_some());
+                hits += usize::from(expected != MISS);
             }
         }
     }
@@ -228,11 +215,13 @@ fn a_walk_that_trusts_any_hit_is_found_out() {
     let wrong = rays(triangles, 300).iter().any(|&(origin, direction)| {
         let ray = ScaledRay::new(origin, direction).and_then(|r| r.for_triangles(mesh.extent)).expect("fine");
         let kd_ray = KdRay::new(&ray.0, 0.0);
-        let (mut hasty, mut expected) = (None, None);
-        mesh.blocks.iter().for_each(|block| meet(block, &ray.1, &mut expected));
+        let (mut hasty, mut expected) = (MISS, MISS);
+        mesh.blocks.iter().for_each(|block| meet(Portable, block, &ray.1, &mut expected));
         let mut next = kd_ray.first(&mesh.nodes, f32::INFINITY);
-        while let (Some((leaf, _)), None) = (next, hasty) {
-            mesh.blocks[mesh.nodes[leaf].items()].iter().for_each(|block| meet(block, &ray.1, &mut hasty));
+        while let (Some((leaf, _)), MISS) = (next, hasty) {
+            mesh.blocks[mesh.nodes[leaf].items()]
+                .iter()
+                .for_each(|block| meet(Portable, block, &ray.1, &mut hasty));
             next = kd_ray.after(&mesh.nodes, leaf, f32::INFINITY);
         }
         hasty != expected

@@ -12,9 +12,7 @@ use crate::build::resolve;
 use crate::memory::Pages;
 use crate::quality::counts;
 use crate::sort::parts;
-use crate::wide::{
-    Block8, ChildRef, Clock, LeafSlots, MeshBuild, MeshBvh, MeshView, Node8, extent, plan_over,
-};
+use crate::wide::{Block8, ChildRef, Clock, LeafSlots, MeshBuild, MeshBvh, MeshView, Node8, plan_over};
 use crate::{BinaryTree, BuildConfig, BuildError, Node, Reference, Scratch, build, quality_with};
 use rayon::prelude::*;
 use vastlight_math::{Aabb, Vec3};
@@ -42,15 +40,7 @@ impl Clusters {
         config: &BuildConfig,
         scratch: &mut Scratch,
     ) -> Result<(MeshBvh, MeshBuild), BuildError> {
-        let mut bvh = MeshBvh {
-            nodes: Pages::default(),
-            blocks: Pages::default(),
-            root: None,
-            levels: 0,
-            bounds: Aabb::EMPTY,
-            extent: 0.0,
-            scale: 1.0,
-        };
+        let mut bvh = MeshBvh::empty();
         let report = self.rebuild(name, mesh, config, scratch, &mut bvh)?;
         Ok((bvh, report))
     }
@@ -74,9 +64,7 @@ impl Clusters {
         }
         let name = resolve(name)?;
         let mut clock = Clock::start();
-        let bounds = mesh.bounds();
-        bvh.scale = mesh.scale(&bounds);
-        bvh.extent = extent(&bounds) * bvh.scale;
+        bvh.scale_to(mesh);
         clock.lap("bounds");
         let mut boxes = std::mem::take(&mut scratch.boxes);
         let mut references = std::mem::take(&mut scratch.references);
@@ -97,7 +85,7 @@ impl Clusters {
     }
 
     /// The tree that is published: its primitives are clusters, and its leaves have at most [`PUBLISHED_LEAF`] triangles,
-    /// or one cluster.
+    /// or one cluster. Over a mesh that [`Clusters::build`] builds without clusters it has none.
     ///
     /// # Errors
     /// Those of [`build()`](crate::build()).

@@ -103,6 +103,15 @@ pub(super) fn parts_of(mesh: &MeshView<'_>, most: usize) -> Vec<Vec<u32>> {
         .collect()
 }
 
+/// By triangle, of `count`: which part it is in, and its place there.
+pub(super) fn places_in(parts: &[Vec<u32>], count: usize) -> Vec<(u32, u32)> {
+    let mut places = vec![(0, 0); count];
+    for (part, number) in parts.iter().zip(0..) {
+        part.iter().zip(0..).for_each(|(&triangle, i)| places[triangle as usize] = (number, i));
+    }
+    places
+}
+
 fn halve(all: &mut [u32], centroid: &impl Fn(&u32) -> Vec3, most: usize, sizes: &mut Vec<usize>) {
     if all.len() <= most {
         sizes.push(all.len());

@@ -5,7 +5,7 @@
 //! Deviation: a large mesh is merged in parts first, each by one thread, and then across the parts' borders, where
 //! clusters of different parts still make acceptable ones. The parts follow from the mesh alone.
 
-use super::connect::{Link, join_equal, parts_of};
+use super::connect::{Link, join_equal, parts_of, places_in};
 use super::measure::Measure;
 use super::queue::BucketQueue;
 use crate::wide::MeshView;
@@ -65,15 +65,12 @@ pub(super) fn merge_to_count<M: Measure>(
 
 /// The links within each part, their ends counted within it.
 fn links_by_part(parts: &[Vec<u32>], links: &[Link], count: usize) -> Vec<Vec<Link>> {
-    let mut place = vec![(0, 0); count];
-    for (number, part) in parts.iter().enumerate() {
-        part.iter().zip(0..).for_each(|(&triangle, i)| place[triangle as usize] = (number, i));
-    }
+    let place = places_in(parts, count);
     let mut found = vec![Vec::new(); parts.len()];
     for link in links {
         let [a, b] = link.ends.map(|end| place[end as usize]);
         if a.0 == b.0 {
-            found[a.0].push(Link { ends: [a.1, b.1], ..*link });
+            found[a.0 as usize].push(Link { ends: [a.1, b.1], ..*link });
         }
     }
     found

@@ -41,8 +41,8 @@ pub(super) struct Exploded {
     first: u32,
 }
 
-/// What adapting looks for.
-#[derive(Clone, Copy, Debug)]
+/// What adapting looks for; nothing, unless told.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Sought {
     pub(super) migrating: bool,
     pub(super) exploded: bool,
@@ -163,4 +163,29 @@ impl Found {
 /// Whether a node with the box `bounds` meets a box that others share, and is not small beside it.
 pub(super) fn concerns(shared: &Aabb, bounds: &Aabb, detail: f32) -> bool {
     !shared.intersection(*bounds).is_empty() && bounds.half_area() >= detail * shared.half_area()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vastlight_math::Vec3;
+
+    #[test]
+    fn lists_of_two_subtrees_keep_what_is_below_whom() {
+        let cube = |side: f32| Aabb { min: Vec3::ZERO, max: Vec3::splat(side) };
+        let exploded = |node, first| Exploded { node, bounds: cube(1.0), shared: cube(1.0), first };
+        // Of each list the last is above the others, and meets them.
+        let mut found = Found { exploded: vec![exploded(1, 0), exploded(2, 0)], ..Found::default() };
+        let right = [exploded(3, 0), exploded(4, 1), exploded(5, 1)];
+        found.append(Found { exploded: right.to_vec(), ..Found::default() });
+        assert!(found.exploded.iter().map(|e| (e.node, e.first)).eq([
+            (1, 0),
+            (2, 0),
+            (3, 2),
+            (4, 3),
+            (5, 3)
+        ]));
+        assert_eq!(found.locked(0.1), [false, true, true, false, true]);
+        assert!(!concerns(&cube(10.0), &cube(1.0), 0.1) && concerns(&cube(10.0), &cube(1.0), 0.01));
+    }
 }

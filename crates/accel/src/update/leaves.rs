@@ -34,7 +34,7 @@ impl LeafBox {
     }
 
     /// Of the triangles in a block.
-    fn of(block: &Block8) -> Self {
+    pub(super) fn of(block: &Block8) -> Self {
         let boxes = block.boxes();
         let bounds = boxes.iter().fold(Aabb::EMPTY, |around, (_, b)| around.union(*b));
         Self { bounds, parts: boxes.iter().map(|(_, b)| b.half_area()).sum() }
@@ -87,12 +87,8 @@ impl Leaves {
     }
 
     /// How a leaf whose triangles flew apart is best parted; none if it is best left as it is.
-    pub(super) fn parting(&self, block: &Block8) -> Option<BinaryTree> {
-        let boxes = block.boxes();
-        let mut references: Vec<Reference> =
-            boxes.iter().zip(0..).map(|((_, b), lane)| Reference::new(b, lane)).collect();
-        let tree = build_some(&mut references, &self.config);
-        (tree.nodes.len() > 1).then_some(tree)
+    fn parting(&self, block: usize, blocks: &[Block8]) -> Option<BinaryTree> {
+        Some(self.grouped(&[block], blocks)).filter(|tree| tree.nodes.len() > 1)
     }
 
     /// Parts the leaves among `listed` that are best parted. Gives the list without leaves, but with the nodes above their
@@ -103,7 +99,7 @@ impl Leaves {
         blocks: &mut Pages<Block8>,
         listed: &[u32],
     ) -> Vec<u32> {
-        let part = |&node: &u32| tree.is_leaf(node).then(|| self.parting(&blocks[tree.block(node)]));
+        let part = |&node: &u32| tree.is_leaf(node).then(|| self.parting(tree.block(node), blocks));
         let parts: Vec<_> = listed.par_iter().with_min_len(64).map(part).collect();
         let mut inner = Vec::with_capacity(listed.len());
         for (&node, parts) in listed.iter().zip(parts) {

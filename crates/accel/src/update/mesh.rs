@@ -7,8 +7,7 @@ use super::tree::{DynamicTree, NONE};
 use super::wide::WideMap;
 use super::{Method, UpdateConfig, UpdateReport};
 use super::{migrate::migrate, rebuild, regroup::regroup, rotate::rotate};
-use crate::memory::Pages;
-use crate::wide::{ChildRef, Clock, MeshBuild, MeshBvh, MeshView, extent, whole_tree};
+use crate::wide::{ChildRef, Clock, MeshBuild, MeshBvh, MeshView, whole_tree};
 use crate::{BuildConfig, BuildError, Scratch, Violation};
 use vastlight_math::Aabb;
 use vastlight_simd::Level;
@@ -61,28 +60,20 @@ impl DynamicMesh {
         config: &BuildConfig,
         scratch: &mut Scratch,
     ) -> Result<(Self, MeshBuild), BuildError> {
-        let config =
-            BuildConfig { max_leaf: config.max_leaf.clamp(1, 8), split_budget: Some(1.0), ..*config };
+        let config = BuildConfig { max_leaf: config.max_leaf.clamp(1, 8), ..*config };
         let (tree, runs, mut clock) = whole_tree(name, mesh, &config, scratch)?;
         let quality =
             if config.measure { crate::quality(&tree) } else { crate::quality::counts(&tree.nodes) };
         let (leaves, blocks) = Leaves::new(&tree, &runs, mesh, &config);
         let tree = DynamicTree::new(&tree, &runs);
-        let bvh = MeshBvh {
-            nodes: Pages::default(),
-            blocks,
-            root: None,
-            levels: 0,
-            bounds: Aabb::EMPTY,
-            extent: 0.0,
-            scale: 1.0,
-        };
+        let bvh = MeshBvh { blocks, ..MeshBvh::empty() };
         let size = [mesh.triangles.len(), mesh.positions.len()];
         let mut new = Self { tree, leaves, wide: WideMap::default(), bvh, size, level: config.level };
-        new.move_to(mesh);
+        new.fill(mesh);
+        adapt(&new.tree, &new.leaves.boxes, &UpdateConfig::default(), Sought::default());
         clock.lap("blocks");
         new.collapse();
-        new.wide.refit(&new.tree, &mut new.bvh.nodes);
+        new.refit();
         new.save_leaves();
         clock.lap("collapse");
         Ok((new, MeshBuild { triangles: mesh.triangles.len(), quality, stages: clock.stages }))
@@ -129,8 +120,7 @@ impl DynamicMesh {
         self.change(found, config, &mut report, &mut clock);
         report.collapsed = self.collapse() as f64 / self.wide.used().max(1) as f64;
         clock.lap("collapse");
-        self.wide.refit(&self.tree, &mut self.bvh.nodes);
-        self.bvh.bounds = if self.tree.root == NONE { Aabb::EMPTY } else { self.tree.bounds(self.tree.root) };
+        self.refit();
         clock.lap("boxes");
         report.cost = config.measure.then(|| self.tree.cost().0);
         report.stages = clock.stages;
@@ -140,7 +130,6 @@ impl DynamicMesh {
     /// Changes the tree where `found` says.
     fn change(&mut self, found: Found, config: &UpdateConfig, report: &mut UpdateReport, clock: &mut Clock) {
         let Self { tree, leaves, bvh, .. } = self;
-        let all = tree.links.len().max(1) as f64;
         if found.depth > DEEPEST {
             rebuild::rebuild_all(tree, leaves, &mut bvh.blocks, tree.root);
             report.rebuilt = 1.0;
@@ -149,6 +138,8 @@ impl DynamicMesh {
         }
         let mut migrating = leaves.part_all(tree, &mut bvh.blocks, &found.migrating);
         clock.lap("part");
+        // What was parted counts: it may be many times what was there.
+        let all = tree.used().max(1) as f64;
         if !found.exploded.is_empty() {
             let made = rebuild::rebuild(tree, leaves, &mut bvh.blocks, &found, config);
             report.rebuilt = 2.0 * made.len() as f64 / all;
@@ -181,18 +172,13 @@ impl DynamicMesh {
 
     /// Finds scale and extent, and fills the blocks.
     fn fill(&mut self, mesh: &MeshView<'_>) {
-        let bounds = mesh.bounds();
-        self.bvh.scale = mesh.scale(&bounds);
-        self.bvh.extent = extent(&bounds) * self.bvh.scale;
+        self.bvh.scale_to(mesh);
         self.leaves.refill(&mut self.bvh.blocks, mesh.positions, self.bvh.scale, self.level);
     }
 
-    /// Follows the triangles without changing the tree.
-    fn move_to(&mut self, mesh: &MeshView<'_>) {
-        self.fill(mesh);
-        let sought =
-            Sought { migrating: false, exploded: false, bursts: false, rotating: false, always: false };
-        adapt(&self.tree, &self.leaves.boxes, &UpdateConfig::default(), sought);
+    /// Gives what rays walk the boxes of the binary nodes.
+    fn refit(&mut self) {
+        self.wide.refit(&self.tree, &mut self.bvh.nodes);
         self.bvh.bounds = if self.tree.root == NONE { Aabb::EMPTY } else { self.tree.bounds(self.tree.root) };
     }
 

@@ -63,7 +63,7 @@ pub struct Stages {
 #[derive(Clone, Copy, Debug)]
 pub struct UpdateConfig {
     /// Children of a node migrate where its split costs less than `1 - d_m` times what it did when it was made. The thesis
-    /// has 0.05; 0.2 gave trees at most 2 % dearer in some 70 % of the time.
+    /// has 0.05; 0.2 gave trees at most 3 % dearer in some 70 % of the time.
     pub d_m: f32,
     /// A node may have exploded where its split costs more than `1 + d_e` times what it did. The thesis has 0.01, and in its
     /// summary `d_m` and `d_e` the other way round, which gives worse trees in more time.

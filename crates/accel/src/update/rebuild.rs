@@ -139,7 +139,7 @@ fn over(tree: &DynamicTree, prims: &[u32], config: &BuildConfig) -> BinaryTree {
         Reference::to_cluster(*plain.lanes(), number, tree.link(prim).count.div_ceil(most).max(1))
     };
     let mut references: Vec<Reference> = prims.iter().zip(0..).map(reference).collect();
-    let config = BuildConfig { max_leaf: 1, optimize: 0, split_budget: Some(1.0), ..*config };
+    let config = BuildConfig { max_leaf: 1, optimize: 0, ..*config };
     if references.len() < CLUSTERED {
         return build_some(&mut references, &config);
     }

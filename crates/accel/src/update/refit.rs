@@ -6,7 +6,7 @@
 
 use super::leaves::fill_named;
 use super::tree::SharedBox;
-use crate::wide::{ChildRef, MeshBvh, MeshView, Node8, extent};
+use crate::wide::{ChildRef, MeshBvh, MeshView, Node8};
 use rayon::prelude::*;
 use vastlight_math::Aabb;
 use vastlight_simd::Level;
@@ -14,9 +14,7 @@ use vastlight_simd::Level;
 /// Moves `bvh` to the positions of `mesh`, whose triangles are those that it was built over. Triangles that do not exist
 /// are left where they are.
 pub fn refit(bvh: &mut MeshBvh, mesh: &MeshView<'_>) {
-    let bounds = mesh.bounds();
-    bvh.scale = mesh.scale(&bounds);
-    bvh.extent = extent(&bounds) * bvh.scale;
+    bvh.scale_to(mesh);
     let mut boxes = vec![Aabb::EMPTY; bvh.blocks.len()];
     fill_named(&mut bvh.blocks, &mut boxes, mesh, bvh.scale, Level::detect());
     bvh.bounds = match bvh.root {
@@ -46,11 +44,8 @@ fn refit_nodes(nodes: &mut [Node8], root: ChildRef, leaves: &[Aabb]) -> Aabb {
     }
     nodes.par_iter_mut().with_min_len(256).for_each(|node| {
         for slot in 0..8 {
-            let bounds = of_child(node.children[slot]);
-            for axis in 0..3 {
-                node.planes[axis][0][slot] = bounds.min[axis];
-                node.planes[axis][1][slot] = bounds.max[axis];
-            }
+            let child = node.children[slot];
+            node.set(slot, child, &of_child(child));
         }
     });
     of_child(root)

@@ -1,6 +1,7 @@
 //! A binary tree that can be changed: nodes know their parents, leaves stand for blocks of triangles.
 
 use super::arena::Arena;
+use super::leaves::LeafBox;
 use crate::wide::Block8;
 use crate::{BinaryTree, Node, Violation};
 use rayon::prelude::*;
@@ -233,14 +234,17 @@ impl DynamicTree {
         (link.saved, link.accepted) = (cost, 0.0);
     }
 
-    /// Takes box and count from the children; gives whether the box is another than before.
-    pub(super) fn adopt(&mut self, node: u32) -> bool {
+    /// Takes box and count from the children.
+    pub(super) fn adopt(&mut self, node: u32) {
         let [a, b] = self.link(node).children;
         let bounds = self.bounds(a).union(self.bounds(b));
         self.link_mut(node).count = self.link(a).count + self.link(b).count;
-        let changed = self.bounds(node) != bounds;
         self.set_bounds(node, &bounds);
-        changed
+    }
+
+    /// Nodes in use.
+    pub(super) fn used(&self) -> usize {
+        self.arena.len() - self.arena.free()
     }
 
     /// Puts `new` in the place of `old` below `parent`, or at the root.
@@ -340,7 +344,7 @@ impl DynamicTree {
                 {
                     return shape(node, "is a leaf of another's block, or of another count");
                 }
-                block.boxes().into_iter().fold(Aabb::EMPTY, |around, (_, b)| around.union(b))
+                LeafBox::of(block).bounds
             } else {
                 let [a, b] = link.children;
                 if [a, b].iter().any(|&c| self.link(c).parent != node) {

@@ -128,11 +128,7 @@ impl WideMap {
     pub(super) fn refit(&self, tree: &DynamicTree, nodes: &mut [Node8]) {
         nodes.par_iter_mut().zip(&self.slots).with_min_len(256).for_each(|(node, slots)| {
             for (slot, &binary) in slots.iter().enumerate().filter(|&(_, &binary)| binary != NONE) {
-                let bounds = tree.bounds(binary);
-                for axis in 0..3 {
-                    node.planes[axis][0][slot] = bounds.min[axis];
-                    node.planes[axis][1][slot] = bounds.max[axis];
-                }
+                node.set(slot, node.children[slot], &tree.bounds(binary));
             }
         });
     }

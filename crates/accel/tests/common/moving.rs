@@ -1,24 +1,13 @@
 //! Meshes that move: triangles stay, positions change from frame to frame.
 #![allow(dead_code, reason = "each file uses a part")]
 
+use crate::common::{noise, point};
 use vastlight_accel::wide::MeshView;
 use vastlight_math::Vec3;
 use vastlight_math::glam::Quat;
 
-/// Numbers in [0, 1), the same in every run.
-fn noise(i: usize, salt: u64) -> f32 {
-    let mut x = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ salt.wrapping_mul(0xd134_2543_de82_ef95);
-    x = (x ^ x >> 31).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    (x >> 40) as f32 / 16_777_216.0
-}
-
-/// A point in the cube from -1 to 1.
-fn point(i: usize, salt: u64) -> Vec3 {
-    Vec3::new(noise(i, salt), noise(i, salt + 1), noise(i, salt + 2)) * 2.0 - 1.0
-}
-
 /// Where a vertex is in a frame, from its place at rest and the number of its part.
-type Motion = fn(f32, Vec3, usize) -> Vec3;
+type Motion = Box<dyn Fn(f32, Vec3, usize) -> Vec3 + Sync>;
 
 /// A moving mesh.
 pub(crate) struct Moving {
@@ -33,15 +22,24 @@ pub(crate) struct Moving {
 }
 
 impl Moving {
-    fn new(name: &'static str, motion: Motion) -> Self {
+    /// Without triangles yet.
+    pub(crate) fn new(
+        name: &'static str,
+        motion: impl Fn(f32, Vec3, usize) -> Vec3 + Sync + 'static,
+    ) -> Self {
         let (triangles, rest, parts, positions) = Default::default();
-        Self { name, triangles, rest, parts, motion, positions }
+        Self { name, triangles, rest, parts, motion: Box::new(motion), positions }
+    }
+
+    /// Positions in a frame.
+    pub(crate) fn at(&self, frame: f32) -> Vec<Vec3> {
+        let place = |(&rest, &part): (&Vec3, &usize)| (self.motion)(frame, rest, part);
+        self.rest.iter().zip(&self.parts).map(place).collect()
     }
 
     /// Goes to a frame.
     pub(crate) fn go_to(&mut self, frame: f32) {
-        let place = |(&rest, &part): (&Vec3, &usize)| (self.motion)(frame, rest, part);
-        self.positions = self.rest.iter().zip(&self.parts).map(place).collect();
+        self.positions = self.at(frame);
     }
 
     pub(crate) fn view(&self) -> MeshView<'_> {
@@ -49,7 +47,12 @@ impl Moving {
     }
 
     /// Adds a grid of `columns` x `rows` cells of two triangles.
-    fn add_grid(&mut self, [columns, rows]: [usize; 2], part: usize, place: impl Fn(f32, f32) -> Vec3) {
+    pub(crate) fn add_grid(
+        &mut self,
+        [columns, rows]: [usize; 2],
+        part: usize,
+        place: impl Fn(f32, f32) -> Vec3,
+    ) {
         let first = self.rest.len() as u32;
         for j in 0..=rows {
             for i in 0..=columns {
@@ -69,10 +72,16 @@ impl Moving {
     fn add_ball(&mut self, cells: [usize; 2], part: usize, radius: f32) {
         self.add_grid(cells, part, |u, v| {
             let (theta, phi) = (v * std::f32::consts::PI, u * std::f32::consts::TAU);
-            let direction = Vec3::new(theta.sin() * phi.cos(), theta.cos(), theta.sin() * phi.sin());
-            direction * radius * (1.0 + 0.15 * (5.0 * theta).sin() * (3.0 * phi + part as f32).cos())
+            on_sphere(u, v) * radius * (1.0 + 0.15 * (5.0 * theta).sin() * (3.0 * phi + part as f32).cos())
         });
     }
+}
+
+/// A point of a sphere, by its place from 0 to 1 around it and down; columns meet where they end.
+pub(crate) fn on_sphere(u: f32, v: f32) -> Vec3 {
+    let (su, cu) = (u * std::f32::consts::TAU).sin_cos();
+    let (sv, cv) = (v * std::f32::consts::PI).sin_cos();
+    Vec3::new(sv * cu, cv, sv * su)
 }
 
 /// From 0 to 1 and back, over and over.

@@ -1,13 +1,20 @@
 //! Rays through one wide tree, the plainest way; and by trying every triangle.
+#![allow(dead_code, reason = "each file uses a part")]
 
-use vastlight_accel::ray::ScaledRay;
+use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
 use vastlight_accel::triangle::intersect;
 use vastlight_accel::wide::traverse::{Memory, RayLanes, Waiting, stack_entries};
 use vastlight_accel::wide::{Block8, MeshBvh};
 use vastlight_math::Vec3;
-use vastlight_simd::{Kernel, Simd8};
+use vastlight_simd::{Kernel, Portable, Simd8};
 
-/// The closest hits of rays, given with origin and direction: distance and triangle, the lowest number on a tie.
+/// A closest hit: distance and triangle, the lowest number on a tie.
+pub(crate) type Hit = (f32, u32);
+
+/// What a ray has that hits nothing.
+pub(crate) const MISS: Hit = (f32::INFINITY, u32::MAX);
+
+/// The closest hits of rays, given with origin and direction.
 pub(crate) struct Closest<'a> {
     pub(crate) bvh: &'a MeshBvh,
     pub(crate) rays: &'a [[Vec3; 2]],
@@ -18,7 +25,7 @@ pub(crate) struct Closest<'a> {
 /// What rays found.
 #[derive(Default)]
 pub(crate) struct Found {
-    pub(crate) hits: Vec<(f32, u32)>,
+    pub(crate) hits: Vec<Hit>,
     /// Nodes and blocks that were tested.
     pub(crate) tests: [u64; 2],
 }
@@ -31,10 +38,12 @@ impl Kernel for Closest<'_> {
         let mut entries = vec![0; stack_entries(self.bvh.levels)];
         let mut found = Found::default();
         for ray in self.rays {
-            let best = if self.every_block {
-                every_block(simd, self.bvh, *ray)
-            } else {
-                closest(simd, self.bvh, *ray, &mut entries, &mut found.tests)
+            let [origin, direction] = *ray;
+            let scaled = ScaledRay::new(origin * self.bvh.scale, direction);
+            let best = match scaled.and_then(|ray| ray.for_triangles(self.bvh.extent)) {
+                None => MISS,
+                Some(ray) if self.every_block => every_block(simd, self.bvh, &ray.1),
+                Some(ray) => closest(simd, self.bvh, &ray, &mut entries, &mut found.tests),
             };
             found.hits.push(best);
         }
@@ -42,26 +51,40 @@ impl Kernel for Closest<'_> {
     }
 }
 
-const MISS: (f32, u32) = (f32::INFINITY, u32::MAX);
+/// The closest hit of a ray in the tree's space.
+pub(crate) fn closest_hit(bvh: &MeshBvh, ray: &(BoxRay, TriangleRay)) -> Hit {
+    closest(Portable, bvh, ray, &mut vec![0; stack_entries(bvh.levels)], &mut [0; 2])
+}
+
+/// Takes the hits of a block into account.
+#[inline(always)]
+pub(crate) fn meet<S: Simd8>(simd: S, block: &Block8, ray: &TriangleRay, best: &mut Hit) {
+    let hits = intersect(simd, block, ray);
+    for lane in (0..8).filter(|lane| hits.lanes >> lane & 1 == 1) {
+        let hit = (hits.t[lane], block.prims[lane]);
+        if hit.0 >= 0.0 && hit < *best {
+            *best = hit;
+        }
+    }
+}
 
 #[inline(always)]
 fn closest<S: Simd8>(
     simd: S,
     bvh: &MeshBvh,
-    [origin, direction]: [Vec3; 2],
+    (boxes, triangles): &(BoxRay, TriangleRay),
     entries: &mut [u64],
     tests: &mut [u64; 2],
-) -> (f32, u32) {
-    let ray = ScaledRay::new(origin * bvh.scale, direction).and_then(|ray| ray.for_triangles(bvh.extent));
-    let (Some((boxes, triangles)), Some(mut child)) = (ray, bvh.root) else { return MISS };
-    let lanes = RayLanes::new(simd, &boxes, 0.0);
+) -> Hit {
+    let Some(mut child) = bvh.root else { return MISS };
+    let lanes = RayLanes::new(simd, boxes, 0.0);
     let memory = Memory::new(&bvh.nodes, &bvh.blocks);
     let mut waiting = Waiting { entries, depth: 0 };
     let mut best = MISS;
     loop {
         tests[usize::from(child.is_leaf())] += 1;
         if child.is_leaf() {
-            test(simd, &bvh.blocks[child.index()], &triangles, &mut best);
+            meet(simd, &bvh.blocks[child.index()], triangles, &mut best);
         } else {
             let node = &bvh.nodes[child.index()];
             let hits = lanes.test(simd, node, best.0.min(f32::MAX));
@@ -79,22 +102,8 @@ fn closest<S: Simd8>(
 }
 
 #[inline(always)]
-fn every_block<S: Simd8>(simd: S, bvh: &MeshBvh, [origin, direction]: [Vec3; 2]) -> (f32, u32) {
-    let ray = ScaledRay::new(origin * bvh.scale, direction).and_then(|ray| ray.for_triangles(bvh.extent));
+fn every_block<S: Simd8>(simd: S, bvh: &MeshBvh, ray: &TriangleRay) -> Hit {
     let mut best = MISS;
-    if let Some((_, triangles)) = ray {
-        bvh.blocks.iter().for_each(|block| test(simd, block, &triangles, &mut best));
-    }
+    bvh.blocks.iter().for_each(|block| meet(simd, block, ray, &mut best));
     best
-}
-
-#[inline(always)]
-fn test<S: Simd8>(simd: S, block: &Block8, ray: &vastlight_accel::ray::TriangleRay, best: &mut (f32, u32)) {
-    let hits = intersect(simd, block, ray);
-    for lane in (0..8).filter(|lane| hits.lanes >> lane & 1 == 1) {
-        let hit = (hits.t[lane], block.prims[lane]);
-        if hit.0 >= 0.0 && hit < *best {
-            *best = hit;
-        }
-    }
 }
