@@ -40,7 +40,7 @@ impl Clusters {
         config: &BuildConfig,
         scratch: &mut Scratch,
     ) -> Result<(MeshBvh, MeshBuild), BuildError> {
-        let mut bvh = MeshBvh::empty();
+        let mut bvh = MeshBvh::default();
         let report = self.rebuild(name, mesh, config, scratch, &mut bvh)?;
         Ok((bvh, report))
     }

@@ -205,31 +205,9 @@ fn spread(x: u32) -> u32 {
     (0..10).fold(0, |code, bit| code | (x >> bit & 1) << (3 * bit))
 }
 
-/// A colour for pictures of clusters, from 0 to 1 by channel: bright, and different for neighbouring numbers.
-#[must_use]
-pub fn color(cluster: u32) -> [f32; 3] {
-    // Hues a golden angle apart; hashed, so that clusters that are neighbours across a gap in the numbers differ too.
-    let hue = (f64::from(cluster) * 0.618_033_988_749_894_9).fract() as f32;
-    let value = 0.65 + 0.35 * vastlight_math::rng::hash_to_unit(&[cluster]);
-    [0.0, 2.0, 4.0].map(|shift| {
-        let ramp = ((6.0 * hue + shift) % 6.0 - 3.0).abs() - 1.0;
-        value * (0.25 + 0.75 * ramp.clamp(0.0, 1.0))
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn colors_are_bright_and_differ() {
-        for cluster in 0..10_000 {
-            let [a, b] = [color(cluster), color(cluster + 1)];
-            assert!(a.iter().all(|x| (0.1..=1.0).contains(x)) && a.iter().any(|x| *x > 0.6), "{a:?}");
-            let apart: f32 = a.iter().zip(b).map(|(x, y)| (x - y).abs()).sum();
-            assert!(apart > 0.4, "{cluster}: {a:?} {b:?}");
-        }
-    }
 
     #[test]
     fn codes_have_the_bits_of_three_axes() {

@@ -66,7 +66,7 @@ impl DynamicMesh {
             if config.measure { crate::quality(&tree) } else { crate::quality::counts(&tree.nodes) };
         let (leaves, blocks) = Leaves::new(&tree, &runs, mesh, &config);
         let tree = DynamicTree::new(&tree, &runs);
-        let bvh = MeshBvh { blocks, ..MeshBvh::empty() };
+        let bvh = MeshBvh { blocks, ..MeshBvh::default() };
         let size = [mesh.triangles.len(), mesh.positions.len()];
         let mut new = Self { tree, leaves, wide: WideMap::default(), bvh, size, level: config.level };
         new.fill(mesh);

@@ -147,12 +147,6 @@ pub struct MeshBuild {
 }
 
 impl MeshBvh {
-    /// Without triangles.
-    pub(crate) fn empty() -> Self {
-        let (nodes, blocks) = (Pages::default(), Pages::default());
-        Self { nodes, blocks, root: None, levels: 0, bounds: Aabb::EMPTY, extent: 0.0, scale: 1.0 }
-    }
-
     /// Takes scale and extent from the positions of `mesh`.
     pub(crate) fn scale_to(&mut self, mesh: &MeshView<'_>) {
         let bounds = mesh.bounds();
