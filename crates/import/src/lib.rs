@@ -64,14 +64,22 @@ impl Default for LoadOptions {
 /// The file cannot be read, is of an unknown format, malformed, or beyond the limits. Smaller defects are repaired and
 /// stand in the diagnostics of the result.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
+    load_with_files(path, options).map(|(desc, _)| desc)
+}
+
+/// The scene of [`load`], and the files that its file names: buffers, material libraries, images.
+///
+/// # Errors
+/// Those of [`load`].
+pub fn load_with_files(path: &Path, options: &LoadOptions) -> Result<(SceneDesc, Vec<PathBuf>), ImportError> {
     if let Some(files) = sequence::Files::find(path, &options.limits)? {
         return sequence::load(files, options);
     }
     match detect(path, &options.limits)? {
         SceneFormat::Gltf => gltf::load(path, options),
-        SceneFormat::Ply => ply::load(path, options),
-        SceneFormat::Obj => obj::read(path, options, &mut Deferral::never()).map(|(desc, _)| desc),
-        SceneFormat::Stl => stl::load(path, options),
+        SceneFormat::Ply => Ok((ply::load(path, options)?, Vec::new())),
+        SceneFormat::Obj => obj::read(path, options, &mut Deferral::never()),
+        SceneFormat::Stl => Ok((stl::load(path, options)?, Vec::new())),
     }
 }
 

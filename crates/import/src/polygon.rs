@@ -278,7 +278,12 @@ mod tests {
         let pentagon = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 1.0], [1.0, 2.0], [0.0, 1.0]]);
         let cut = |triangulator: &mut Triangulator, polygons: &[&Vec<Vec3>]| {
             let mut out = Vec::new();
-            polygons.iter().for_each(|polygon| triangulator.triangulate(polygon, |t| out.push(t)));
+            for polygon in polygons {
+                triangulator.triangulate(polygon, |triangle| {
+                    assert!(triangle.iter().all(|&corner| (corner as usize) < polygon.len()));
+                    out.push(triangle);
+                });
+            }
             out
         };
         let mut first = Triangulator::first_of_many();

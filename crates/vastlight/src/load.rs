@@ -183,8 +183,8 @@ fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error>
         let scene = match source.strip_prefix("demo:") {
             Some(name) => generate::stream(name, &options.demo())?.into(),
             None if options.time.is_some() => {
-                let desc = vastlight_import::load(Path::new(source), &options.import)?;
-                SceneStream::from(at_moment(desc, options.time)?).into()
+                let (desc, files) = vastlight_import::load_with_files(Path::new(source), &options.import)?;
+                Streamed { files, ..SceneStream::from(at_moment(desc, options.time)?).into() }
             }
             None => vastlight_import::stream(Path::new(source), &options.import)?,
         };
@@ -199,7 +199,7 @@ pub(crate) fn request_of(source: &str, options: &LoadOptions) -> Result<(Vec<Sou
     Ok((given_files(&given, &placed(&given)?, options)?, settings(options)))
 }
 
-/// The files that the user names, as they are now.
+/// The files that the user names, as they are now: of a sequence all, since a change of any makes another scene.
 fn given_files(given: &[String], placed: &[Placed], options: &LoadOptions) -> Result<Vec<SourceFile>, Error> {
     let manifests = given.iter().filter(|source| is_manifest(source));
     let names = manifests.chain(placed.iter().map(|file| &file.source));
@@ -208,14 +208,17 @@ fn given_files(given: &[String], placed: &[Placed], options: &LoadOptions) -> Re
         if name.starts_with("demo:") {
             let size = triangles.map_or(String::new(), |n| format!(", {n} triangles"));
             let moment = if time == 0.0 { String::new() } else { format!(", at {time} s") };
-            return Ok(SourceFile {
-                name: format!("{name} (seed {seed}{size}{moment})"),
-                ..SourceFile::default()
-            });
+            let name = format!("{name} (seed {seed}{size}{moment})");
+            return Ok(vec![SourceFile { name, ..SourceFile::default() }]);
         }
-        SourceFile::of_path(Path::new(name)).map_err(|e| Error::scene(e.to_string(), name.as_str(), ""))
+        let there = |path: PathBuf| {
+            let file = SourceFile::of_path(&path);
+            file.map_err(|e| Error::scene(e.to_string(), path.display().to_string(), ""))
+        };
+        let files = vastlight_import::files_of(Path::new(name), &options.import.limits)?;
+        files.into_iter().map(there).collect::<Result<Vec<_>, Error>>()
     };
-    let files = names.map(file).collect::<Result<Vec<_>, Error>>()?;
+    let files = names.map(file).collect::<Result<Vec<_>, Error>>()?.concat();
     let changes = options.overrides.iter().flat_map(Overrides::files);
     let others: Vec<PathBuf> = options.environment.iter().cloned().chain(changes).collect();
     Ok([files, existing(&others)].concat())

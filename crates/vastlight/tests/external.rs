@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use vastlight::film::Picture;
 use vastlight::store::PackConfig;
 use vastlight::{
-    Error, ErrorClass, LoadOptions, OpenScene, PackControl, describe, export, load, open, pack_input,
-    pack_within,
+    Error, ErrorClass, LoadOptions, OpenScene, PackControl, cached_store, describe, export, load, open,
+    pack_input, pack_within,
 };
 
 /// A budget in which some 65 thousand triangles are packed at a time.
@@ -180,6 +180,54 @@ fn several_files_and_places_make_one_store() {
     assert_eq!(stored.stored.expect("stored").sources.len(), 2);
     pack(&[&ply, Path::new("demo:cornell")], &target, None).expect("packs");
     assert!(opened(&target).scene.meshes().len() > 2);
+}
+
+#[test]
+fn all_files_of_a_sequence_are_sources_at_rest_and_at_a_moment() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |file: &str, text: String| {
+        std::fs::write(folder.path().join(file), text).expect("writes");
+    };
+    let triangle = |height: f32| format!("mtllib plain.mtl\nv 0 0 0\nv 1 0 0\nv 0 {height} 0\nf 1 2 3\n");
+    (1..4_u8).for_each(|i| write(&format!("mesh.0{i}.obj"), triangle(f32::from(i))));
+    write("plain.mtl", "newmtl plain\n".into());
+    let (sequence, target) = (name(&folder.path().join("mesh.##.obj")), folder.path().join("scene.vls"));
+    for (time, height) in [(None, 1.0), (Some(0.5), 1.5), (Some(2.0), 3.0)] {
+        let mut options = LoadOptions { time, ..LoadOptions::default() };
+        options.import.sequence_fps = 1.0;
+        let input = pack_input(std::slice::from_ref(&sequence), &options, None).expect("reads");
+        let control = PackControl { memory: None, cancel: &AtomicBool::new(false), progress: &|_| {} };
+        pack_within(input, &target, &PackConfig::default(), control).expect("packs");
+        let stored = opened(&target);
+        assert!((stored.scene.bounds().max.y - height).abs() < 1e-3, "{:?}", stored.scene.bounds());
+        let sources = stored.stored.expect("stored").sources;
+        let found: Vec<_> = sources.iter().filter_map(|source| Path::new(&source.name).file_name()).collect();
+        assert_eq!(found, ["mesh.01.obj", "mesh.02.obj", "mesh.03.obj", "plain.mtl"], "at {time:?}");
+        assert!(sources.iter().all(|source| !source.has_changed()));
+        write("mesh.02.obj", triangle(2.0) + "# the same again\n");
+        assert_eq!(sources.iter().position(|source| source.has_changed()), Some(1));
+        write("mesh.02.obj", triangle(2.0));
+    }
+}
+
+#[test]
+fn a_cached_store_of_a_sequence_is_another_one_when_any_of_its_files_is() {
+    let (folder, ply) = folder();
+    let [first, second] = ["s1.ply", "s2.ply"].map(|file| folder.path().join(file));
+    for path in [&first, &second] {
+        std::fs::copy(&ply, path).expect("copies");
+    }
+    let sequence = name(&folder.path().join("s#.ply"));
+    let cached = || {
+        let control = PackControl { memory: Some(SMALL), cancel: &AtomicBool::new(false), progress: &|_| {} };
+        let store = cached_store(&sequence, &LoadOptions::default(), &folder.path().join("stores"), control);
+        store.expect("packs").expect("it does not fit")
+    };
+    let before = cached();
+    assert_eq!(cached(), before);
+    let file = std::fs::OpenOptions::new().append(true).open(&second);
+    std::io::Write::write_all(&mut file.expect("opens"), b"\n").expect("writes");
+    assert_ne!(cached(), before);
 }
 
 #[test]

@@ -190,7 +190,7 @@ fn surface_of(
     let (influences, selection) = (std::mem::take(&mut surface.influences), selection.as_deref());
     let mut base = None;
     if shape.track.is_some() {
-        let targets = read_targets(context, primitive, &surface, selection, place)?;
+        let targets = read_targets(context, primitive, selection, place)?;
         base = Some(Base { targets, ..Base::of(&surface, context, place)? });
     }
     morph::apply(&mut surface, primitive, &shape.weights(), &context.data, selection)?;
@@ -201,21 +201,25 @@ fn surface_of(
         skin::apply(&mut surface, &influences, joints);
     }
     finish(&mut surface);
-    base.iter_mut().for_each(|base| base.influences.clone_from(&influences));
-    Ok((surface, base))
+    Ok((surface, base.map(|base| Base { influences, ..base })))
 }
 
-/// All targets of a primitive with so many vertices.
+/// All targets of a primitive.
 fn read_targets(
     context: &Context,
     primitive: &Json<'_>,
-    surface: &Surface,
     selection: Option<&[u32]>,
     place: &str,
 ) -> Result<Vec<Target>, Fault> {
     let targets = primitive.list("targets");
-    let attributes = targets.iter().map(|target| target.members().len() as u64).sum::<u64>();
-    take_budget(&context.budget, attributes.saturating_mul(12 * surface.positions.len() as u64), place)?;
+    // A compressed primitive may have fewer vertices than the accessors of its targets have elements.
+    let accessors = targets
+        .iter()
+        .flat_map(|target| target.members())
+        .filter_map(|(_, index)| context.data.accessor(index.integer()?));
+    let vertices = accessors.map(|accessor| selection.map_or(accessor.count, <[u32]>::len) as u64);
+    let bytes = vertices.fold(0_u64, |sum, count| sum.saturating_add(count.saturating_mul(12)));
+    take_budget(&context.budget, bytes, place)?;
     targets.iter().map(|target| Target::read(target, &context.data, selection)).collect()
 }
 

@@ -42,31 +42,36 @@ use container::Container;
 use findings::Findings;
 use mesh::Built;
 use rayon::prelude::*;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use vastlight_scene::{Diagnostics, SceneDesc};
 
 pub(crate) use stream::{file_size, stream};
 
-/// Reads a glTF or GLB file.
+/// Reads a glTF or GLB file; also returns the files that it names.
 ///
 /// What the specification calls an error stands as an error in the diagnostics of the result, which `Scene::new`
 /// then refuses.
 ///
 /// # Errors
 /// The file cannot be read.
-pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
+pub(crate) fn load(path: &Path, options: &LoadOptions) -> Result<(SceneDesc, Vec<PathBuf>), ImportError> {
     let file = open(path, options)?;
     let mut findings = Findings::default();
-    let mut desc = load_blob(&file, path, options, &mut findings);
+    let (mut desc, files) = load_blob(&file, path, options, &mut findings);
     findings.report(&path.display().to_string(), &mut desc.diagnostics);
-    Ok(desc)
+    Ok((desc, files))
 }
 
-/// The scene in a file with its meshes and what moves it; an empty one if an error stands in `findings`.
-fn load_blob(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Findings) -> SceneDesc {
+/// The scene in a file with its meshes and what moves it, and the files that it names; an empty one if an error stands in `findings`.
+fn load_blob(
+    file: &Blob,
+    path: &Path,
+    options: &LoadOptions,
+    findings: &mut Findings,
+) -> (SceneDesc, Vec<PathBuf>) {
     let parsed = parse(file, path, (options, true), &mut Deferral::never(), findings);
-    let Some(Parsed { mut desc, shapes, context, mut movement, .. }) = parsed else {
-        return SceneDesc::default();
+    let Some(Parsed { mut desc, shapes, context, mut movement, files }) = parsed else {
+        return Default::default();
     };
     let built: Vec<Built> = shapes.par_iter().map(|shape| mesh::build(&context, shape)).collect();
     for (Built { mesh, bases, findings: found }, shape) in built.into_iter().zip(&shapes) {
@@ -76,14 +81,14 @@ fn load_blob(file: &Blob, path: &Path, options: &LoadOptions, findings: &mut Fin
         desc.meshes.push(mesh);
     }
     desc.motion = movement.finish(&desc);
-    desc
+    (desc, files)
 }
 
 /// Checks a glTF or GLB file and reports all that is found.
 #[must_use]
 pub fn validate(path: &Path) -> Diagnostics {
     match load(path, &LoadOptions::default()) {
-        Ok(desc) => desc.diagnostics,
+        Ok((desc, _)) => desc.diagnostics,
         Err(error) => {
             let mut diagnostics = Diagnostics::default();
             diagnostics.error(error.what, error.place, error.hint);

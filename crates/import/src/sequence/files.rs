@@ -3,9 +3,6 @@
 use crate::{ErrorKind, ImportError, Limits};
 use std::path::{Path, PathBuf};
 
-/// Most digits that a number is read from.
-const MOST_DIGITS: usize = 18;
-
 /// The files of a sequence: those of all numbers from the first to the last.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Files {
@@ -43,7 +40,7 @@ impl Name {
         let digits = name.strip_prefix(self.before.as_str())?.strip_suffix(self.behind.as_str())?;
         let length = digits.len();
         let is_padded = length == self.width || length > self.width && !digits.starts_with('0');
-        let is_number = length <= MOST_DIGITS && digits.bytes().all(|b| b.is_ascii_digit());
+        let is_number = digits.bytes().all(|b| b.is_ascii_digit());
         if is_padded && is_number { digits.parse().ok() } else { None }
     }
 
@@ -117,8 +114,17 @@ mod tests {
 
     #[test]
     fn marks_stand_for_digits() {
-        let there =
-            ["a.08.ply", "a.09.ply", "a.10.ply", "a.7.ply", "a.007.ply", "a.08.obj", "b.11.ply", "a.x1.ply"];
+        let there = [
+            "a.08.ply",
+            "a.09.ply",
+            "a.10.ply",
+            "a.7.ply",
+            "a.007.ply",
+            "a.08.obj",
+            "b.11.ply",
+            "a.x1.ply",
+            "a.+9.ply",
+        ];
         assert_eq!(names(found(&there, "a.##.ply")), ["a.08.ply", "a.09.ply", "a.10.ply"]);
         let error = found(&there, "a.#.ply").expect_err("7, 10");
         assert!(error.place.ends_with("a.8.ply"), "{error}");
@@ -128,6 +134,12 @@ mod tests {
     fn numbers_may_outgrow_the_marks() {
         assert_eq!(names(found(&["a8b", "a9b", "a10b", "a011b"], "a#b")), ["a8b", "a9b", "a10b"]);
         assert_eq!(names(found(&["f#1_3", "f#1_4"], "f#1_#")), ["f#1_3", "f#1_4"]);
+        // The largest numbers, one that is none any more, and more marks than a number has digits.
+        let large = ["18446744073709551614", "18446744073709551615"];
+        assert_eq!(names(found(&[large[0], large[1], "18446744073709551616"], "#")), large);
+        let long = [format!("{:0200}", 6), format!("{:0200}", 7)];
+        assert_eq!(names(found(&[&long[0], &long[1]], &"#".repeat(200))), long);
+        assert!(found(&long.each_ref().map(String::as_str), &"#".repeat(100_000)).is_err());
     }
 
     #[test]

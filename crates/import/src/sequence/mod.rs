@@ -35,11 +35,11 @@ pub(crate) fn first_file<'p>(path: &'p Path, limits: &Limits) -> Result<Cow<'p, 
     Ok(Files::find(path, limits)?.map_or(Cow::Borrowed(path), |files| Cow::Owned(files.key(0))))
 }
 
-/// The scene of the first file, which moves as the others say.
+/// The scene of the first file, which moves as the others say; and the files that the first one names.
 ///
 /// # Errors
 /// The first file cannot be read, or is of another format than OBJ and PLY.
-pub(crate) fn load(files: Files, options: &LoadOptions) -> Result<SceneDesc, ImportError> {
+pub(crate) fn load(files: Files, options: &LoadOptions) -> Result<(SceneDesc, Vec<PathBuf>), ImportError> {
     let first = files.key(0);
     let place = first.display().to_string();
     let fps = options.sequence_fps;
@@ -49,13 +49,9 @@ pub(crate) fn load(files: Files, options: &LoadOptions) -> Result<SceneDesc, Imp
     }
     let format = detect(&first, &options.limits)?;
     let mut triangulator = Triangulator::first_of_many();
-    let mut desc = match format {
-        SceneFormat::Obj => {
-            let read = obj::read_cut(&first, options, &mut Deferral::never(), triangulator)?;
-            triangulator = read.2;
-            read.0
-        }
-        SceneFormat::Ply => ply::load_cut(&first, options, &mut triangulator)?,
+    let (mut desc, named, triangulator) = match format {
+        SceneFormat::Obj => obj::read_cut(&first, options, &mut Deferral::never(), triangulator)?,
+        SceneFormat::Ply => (ply::load_cut(&first, options, &mut triangulator)?, Vec::new(), triangulator),
         SceneFormat::Gltf | SceneFormat::Stl => {
             let error = ImportError::unsupported("this format has no sequences of files", place);
             return Err(error.with_hint("OBJ and PLY have"));
@@ -64,7 +60,7 @@ pub(crate) fn load(files: Files, options: &LoadOptions) -> Result<SceneDesc, Imp
     let meshes = desc.meshes.iter().map(Topology::of).collect();
     let (options, cuts) = (options.clone(), triangulator.into_cuts());
     desc.motion = Some(Arc::new(Sequence { files, format, options, cuts, meshes, kept: Mutex::default() }));
-    Ok(desc)
+    Ok((desc, named))
 }
 
 /// What meshes of all files have in common.

@@ -150,6 +150,8 @@ fn everything_takes_the_path_of_a_sequence() {
     assert_eq!(detect(&path, &options.limits), Ok(SceneFormat::Obj));
     let first = folder.path().join("a1.obj");
     assert_eq!(crate::file_size(&path, &options), crate::file_size(&first, &options));
+    let moving = crate::load(&path, &options).expect("read").motion.expect("moves");
+    assert_eq!(moving.duration(), 1.0 / 24.0);
     let streamed = crate::stream(&path, &options).expect("read").stream.collect().expect("sound");
     assert_eq!(streamed.meshes.len(), 1);
     assert!(streamed.diagnostics.items().iter().all(|d| d.severity == Severity::Warning));

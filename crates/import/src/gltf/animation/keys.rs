@@ -200,6 +200,8 @@ mod tests {
                 }
             }
         }
+        let held = keys(&[0.0, 3.0], &[list(turn(0.0)), list(turn(90.0))].concat(), Interpolation::Step);
+        assert_eq!(held.rotation(2.0), turn(0.0));
         // Negative control: the straight line is no third of the way at a third.
         let line = turn(0.0).lerp(turn(170.0), 1.0 / 3.0);
         assert!(line.dot(turn(170.0 / 3.0)).abs() < 1.0 - 1e-6);

@@ -34,8 +34,10 @@ use vastlight_scene::{Camera, MeshPose, Motion, Pose, SceneDesc, SceneError};
 pub(super) struct Movement {
     duration: f32,
     hierarchy: Hierarchy,
-    /// By node of the document, the sampler and the keys of its morph weights.
-    weights: BTreeMap<usize, (usize, Arc<Keys>)>,
+    /// By node of the document, the sampler of its morph weights.
+    samplers: BTreeMap<usize, usize>,
+    /// By sampler, the keys of morph weights.
+    weights: BTreeMap<usize, Arc<Keys>>,
     instances: Vec<MovingInstances>,
     /// Cameras at rest, with their nodes.
     cameras: Vec<(u32, usize, Option<Camera>)>,
@@ -86,19 +88,18 @@ impl Movement {
         let place = format!("/animations/{index}");
         let channels = Channels::read(animation, &place, data, budget, findings);
         let hierarchy = Hierarchy::new(root, placed, &channels);
-        let weights = |(node, tracks): (usize, Tracks)| Some((node, tracks.weights?));
-        let duration = channels.duration;
-        Self {
-            duration,
-            hierarchy,
-            weights: channels.of_node.into_iter().filter_map(weights).collect(),
-            ..Self::default()
+        let mut movement = Self { duration: channels.duration, hierarchy, ..Self::default() };
+        for (node, Tracks { weights, .. }) in channels.of_node {
+            let Some((sampler, keys)) = weights else { continue };
+            movement.samplers.insert(node, sampler);
+            movement.weights.insert(sampler, keys);
         }
+        movement
     }
 
     /// The sampler that moves the morph weights of a node of the document.
     pub(super) fn weights_of(&self, node: usize) -> Option<usize> {
-        self.weights.get(&node).map(|(sampler, _)| *sampler)
+        self.samplers.get(&node).copied()
     }
 
     /// Notes the instances of a node of the document, from that number on.
@@ -148,8 +149,7 @@ impl Movement {
         }
         let skin = shape.skin.filter(|skin| self.skins.contains_key(skin));
         let joints = at_rest.filter(|_| skin.is_none()).cloned();
-        let keys = self.weights.values().find(|(sampler, _)| Some(*sampler) == shape.track);
-        let keys = keys.map(|(_, keys)| Arc::clone(keys));
+        let keys = shape.track.and_then(|sampler| self.weights.get(&sampler)).cloned();
         self.meshes.push(MovingMesh { mesh: mesh as u32, bases, keys, skin, joints });
     }
 

@@ -125,7 +125,10 @@ fn values_may_be_sparse_and_of_small_types() {
         "indices": {"bufferView": number, "componentType": 5125}, "values": {"bufferView": values}}}),
     );
     file.channel(0, "translation", "LINEAR", &[0.0, 3.0, 6.0], moved);
+    let ones = file.floats(&[[1.0_f32; 3]; 2], "VEC3");
+    file.channel(0, "scale", "STEP", &[0.0, 1.0], ones);
     let desc = file.load_clean();
+    assert_eq!(desc.motion.as_ref().map(|m| m.duration()), Some(6.0), "the longest");
     for (time, expected) in [(0.0, 0.0), (1.0, 1.0), (3.0, 3.0), (4.0, 2.0), (6.0, 0.0)] {
         let found = origin(&desc, time);
         assert!((found - Vec3::new(1.0, 2.0, 3.0) * expected).length() < 1e-6, "{found} at {time}");
@@ -155,12 +158,15 @@ fn steps_and_splines_of_a_node() {
     }
 }
 
-/// A strip of a smooth and a flat primitive with two joints, of which the upper one, node 2, is to bend.
+/// A direction that no turn about z keeps.
+const SLANTED: Vec3 = Vec3::new(0.6, 0.0, 0.8);
+
+/// A strip of a smooth and a flat primitive with two joints off its plane, of which the upper one, node 2, is to bend.
 fn skinned() -> Builder {
     let mut file = Builder::new();
     let positions: Vec<[f32; 3]> = (0..6).map(|i| [(i % 2) as f32, (i / 2) as f32, 0.0]).collect();
     let positions = file.positions(&positions);
-    let normals = file.floats(&[[0.0_f32, 0.0, 1.0]; 6], "VEC3");
+    let normals = file.floats(&[SLANTED.to_array(); 6], "VEC3");
     let tangents = file.floats(&[[1.0_f32, 0.0, 0.0, 1.0]; 6], "VEC4");
     let joints: Vec<u8> = (0..6).flat_map(|_| [0, 1, 0, 0]).collect();
     let joints = file.accessor(&joints, 5121, "VEC4", 6);
@@ -176,7 +182,7 @@ fn skinned() -> Builder {
     let flat = json!({"POSITION": positions, "JOINTS_0": joints, "WEIGHTS_0": weights});
     file.mesh(json!([{"indices": indices, "attributes": smooth}, {"indices": few, "attributes": flat}]));
     file.json["skins"] = json!([{"joints": [1, 2], "inverseBindMatrices": inverse_binds}]);
-    file.json["nodes"] = json!([{"mesh": 0, "skin": 0}, {"children": [2]}, {"translation": [0, 1, 0]}]);
+    file.json["nodes"] = json!([{"mesh": 0, "skin": 0}, {"translation": [0, 0, 1], "children": [2]}, {"translation": [0, 1, 0]}]);
     file
 }
 
@@ -198,6 +204,8 @@ fn a_skin_bends_with_its_joints() {
     let mut file = skinned();
     let turns = file.floats(&TURNS, "VEC4");
     file.channel(2, "rotation", "LINEAR", &[0.0, 1.0, 2.0], turns);
+    let away = file.floats(&[[5.0_f32; 3]; 2], "VEC3");
+    file.channel(0, "translation", "LINEAR", &[0.0, 1.0], away);
     let desc = file.load_clean();
     assert_same_vertices(&desc, &at(&desc, 0.0));
     for (time, degrees) in [(1.0 / 3.0, 30.0_f32), (1.0, 90.0), (1.5, 45.0)] {
@@ -206,8 +214,11 @@ fn a_skin_bends_with_its_joints() {
         let bent = |p: Vec3, weight: f32| p.lerp(Vec3::Y + turn * (p - Vec3::Y), weight);
         for v in 0..6 {
             let (p, weight) = (Vec3::new((v % 2) as f32, (v / 2) as f32, 0.0), (v / 2) as f32 * 0.5);
-            assert!(found.meshes[0].positions[v].abs_diff_eq(bent(p, weight), 1e-6), "{v} at {time}");
+            let place = bent(p, weight) + Vec3::Z;
+            assert!(found.meshes[0].positions[v].abs_diff_eq(place, 1e-6), "{v} at {time}");
         }
+        assert!(found.meshes[0].normals[5].abs_diff_eq(turn * SLANTED, 1e-6));
+        assert!(found.meshes[0].tangents[5].abs_diff_eq((turn * Vec3::X).extend(1.0), 1e-6));
         // The same as a file at rest with the joint where it is.
         let mut still = skinned();
         still.json["nodes"][2]["rotation"] = json!(turn.to_array());
@@ -270,7 +281,42 @@ fn morph_weights_move_and_other_nodes_keep_theirs() {
         let lifted = [0.0, 1.0, 2.0, 4.0].map(|z| z * weights[0]);
         let heights: Vec<f32> = found.meshes[1].positions.iter().take(3).map(|p| p.z).collect();
         assert_eq!(heights, lifted[1..], "the closed form at {time}");
+        let normal = Vec3::new(weights[1], 0.0, 1.0).normalize();
+        assert!(found.meshes[1].normals[0].abs_diff_eq(normal, 1e-6), "at {time}");
     }
+}
+
+#[test]
+fn morphs_of_some_of_the_vertices_move_these() {
+    let mut file = Builder::new();
+    let places: Vec<[f32; 3]> = (0..5).map(|i| [(i % 2) as f32, (i * i) as f32, 0.0]).collect();
+    let lifts: Vec<[f32; 3]> = (0..5).map(|i| [0.0, 0.0, i as f32]).collect();
+    let (positions, up) = (file.positions(&places), file.positions(&lifts));
+    let indices = file.indices(&[4, 1, 2]);
+    file.mesh(
+        json!([{"attributes": {"POSITION": positions}, "indices": indices, "targets": [{"POSITION": up}]}]),
+    );
+    file.node(json!({"mesh": 0}));
+    let weights = file.floats(&[[0.0_f32], [1.0]], "SCALAR");
+    file.channel(0, "weights", "LINEAR", &[0.0, 1.0], weights);
+    let found = at(&file.load_clean(), 0.5);
+    assert_eq!(found.meshes[0].corners(0).map(|corner| corner.z), [2.0, 0.5, 1.0]);
+}
+
+#[test]
+fn looks_that_would_move_are_warned_of() {
+    let mut file = Builder::triangle();
+    let (up, colors) = (file.positions(&[[0.0, 0.0, 1.0]; 3]), file.floats(&[[0.5_f32; 4]; 3], "VEC4"));
+    file.json["meshes"][0]["primitives"][0] = json!({"attributes": {"POSITION": 0, "COLOR_0": colors},
+        "targets": [{"POSITION": up, "COLOR_0": colors}]});
+    let warned = |file: &Builder| file.warnings().iter().any(|warning| warning.contains("do not move"));
+    assert!(!warned(&file), "nothing moves");
+    let weights = file.floats(&[[0.0_f32], [1.0]], "SCALAR");
+    file.channel(0, "weights", "LINEAR", &[0.0, 1.0], weights);
+    assert!(warned(&file));
+    let target = &mut file.json["meshes"][0]["primitives"][0]["targets"][0];
+    target.as_object_mut().expect("an object").remove("COLOR_0");
+    assert!(!warned(&file), "only places move");
 }
 
 #[test]

@@ -158,7 +158,7 @@ pub(super) fn bytes_of<const N: usize>(values: &[[f32; N]]) -> Vec<u8> {
 pub(super) fn load_bytes(bytes: &[u8], options: &LoadOptions) -> SceneDesc {
     let mut findings = Findings::default();
     let file = bytes.to_vec().into();
-    let mut desc = crate::gltf::load_blob(&file, Path::new("test.glb"), options, &mut findings);
+    let (mut desc, _) = crate::gltf::load_blob(&file, Path::new("test.glb"), options, &mut findings);
     findings.report("test.glb", &mut desc.diagnostics);
     desc
 }

@@ -46,15 +46,19 @@ fn load(bytes: &[u8]) -> vastlight_scene::SceneDesc {
 
 /// Whatever was let through makes a scene, or is refused by it, and so it is at a moment.
 fn use_scene(desc: vastlight_scene::SceneDesc) {
-    if let Some(motion) = &desc.motion {
-        for time in [f32::NAN, motion.duration()] {
-            drop(motion.pose(time));
-        }
-        if let Ok(moved) = desc.clone().at(0.3) {
-            drop(vastlight_scene::Scene::new(moved));
+    let motion = desc.motion.clone();
+    if motion.is_some()
+        && let Ok(moved) = desc.clone().at(0.3)
+    {
+        drop(vastlight_scene::Scene::new(moved));
+    }
+    let mut scene = vastlight_scene::Scene::new(desc).ok();
+    for time in motion.iter().flat_map(|motion| [f32::NAN, 0.7, motion.duration()]) {
+        let pose = motion.as_ref().map(|motion| motion.pose(time));
+        if let (Some(scene), Some(Ok(pose))) = (&mut scene, pose) {
+            drop(scene.pose(pose));
         }
     }
-    drop(vastlight_scene::Scene::new(desc));
 }
 
 #[test]
@@ -163,6 +167,26 @@ fn small_files_cannot_ask_for_much_memory() {
     builder.json["nodes"] = json!(vec![node; 1000]);
     builder.json["extensionsUsed"] = json!(["EXT_mesh_gpu_instancing"]);
     assert!(builder.error().contains("instances"), "{}", builder.error());
+    // A mesh that fits once, but not with what poses it.
+    let mut builder = Builder::triangle();
+    let zeros = json!({"componentType": 5126, "type": "VEC3", "count": 3_900_000, "min": [0, 0, 0], "max": [0, 0, 0]});
+    builder.json["accessors"][0] = zeros;
+    let target = json!({"POSITION": 0});
+    builder.json["meshes"][0]["primitives"] = json!([{"attributes": {"POSITION": 0}, "targets": [target]}]);
+    builder.load_clean();
+    let weights = builder.floats(&[[0.0_f32], [1.0]], "SCALAR");
+    builder.channel(0, "weights", "LINEAR", &[0.0, 1.0], weights);
+    assert!(builder.error().contains("beyond the limit of memory"), "{}", builder.error());
+    // Targets of many zeros for the few vertices of a compressed primitive.
+    let mut builder = super::compression::draco_grid();
+    let zeros = json!({"componentType": 5126, "type": "VEC3", "count": 1_000_000, "min": [0, 0, 0], "max": [0, 0, 0]});
+    let zeros = builder.push("accessors", zeros);
+    let primitive = &mut builder.json["meshes"][0]["primitives"][0];
+    primitive["attributes"] = json!({"POSITION": zeros});
+    primitive["targets"] = json!(vec![json!({"POSITION": zeros}); 60]);
+    let weights = builder.floats(&[[0.0_f32]; 120], "SCALAR");
+    builder.channel(0, "weights", "LINEAR", &[0.0, 1.0], weights);
+    assert!(builder.error().contains("beyond the limit of memory"), "{}", builder.error());
     // Thousands of samplers that share a few million zeros.
     let mut builder = Builder::triangle();
     let zeros = builder.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 4_000_000}));

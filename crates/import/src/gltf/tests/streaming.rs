@@ -42,7 +42,7 @@ fn a_file_on_disk_is_the_same_mesh_by_mesh() {
         let options = LoadOptions::default();
         let whole = load_bytes(&glb, &options);
         assert_eq!((whole.meshes.len(), whole.diagnostics.first_error()), (5, None));
-        let from_disk = gltf::load(&path, &options).expect("read");
+        let (from_disk, _) = gltf::load(&path, &options).expect("read");
         assert_eq!(from_disk.meshes, whole.meshes);
         assert_eq!(from_disk.diagnostics.items().len(), whole.diagnostics.items().len());
         let expected = SceneStream::from(whole).collect().expect("sound");
@@ -57,6 +57,31 @@ fn a_file_on_disk_is_the_same_mesh_by_mesh() {
         assert_eq!(found.names, expected.names);
         assert_eq!(found.diagnostics.items().len(), expected.diagnostics.items().len());
     }
+}
+
+#[test]
+fn files_that_move_are_streamed_at_rest_and_name_the_same_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("test.gltf");
+    let mut file = Builder::triangle();
+    let moved = file.floats(&[[1.0_f32; 3]; 2], "VEC3");
+    file.channel(0, "translation", "LINEAR", &[0.0, 1.0], moved);
+    let up = file.positions(&[[0.0, 0.0, 1.0]; 3]);
+    file.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": up}]);
+    let weights = file.floats(&[[0.0_f32], [1.0]], "SCALAR");
+    file.channel(0, "weights", "LINEAR", &[0.0, 1.0], weights);
+    file.node(json!({"mesh": 0}));
+    file.json["buffers"] = json!([{"uri": "test.bin", "byteLength": file.bin.len()}]);
+    std::fs::write(&path, file.json.to_string()).expect("written");
+    std::fs::write(folder.path().join("test.bin"), &file.bin).expect("written");
+    let options = LoadOptions::default();
+    let (desc, files) = crate::load_with_files(&path, &options).expect("read");
+    assert!(desc.motion.is_some(), "{:?}", desc.diagnostics);
+    assert_eq!(files, [folder.path().join("test.bin")]);
+    let streamed = gltf::stream(&path, &options).expect("read");
+    assert_eq!(streamed.files, files);
+    // Only movement tells the two apart.
+    assert_eq!((desc.meshes.len(), collected(streamed).meshes.len()), (2, 1));
 }
 
 #[test]
