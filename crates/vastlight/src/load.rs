@@ -57,11 +57,8 @@ pub fn load(source: &str, options: &LoadOptions) -> Result<Scene, Error> {
 /// The scene of a description at the moment of the options. What a scene gets of its own, such as a camera, it gets at rest.
 pub(crate) fn posed(desc: SceneDesc, source: &str, options: &LoadOptions) -> Result<Scene, Error> {
     let mut scene = Scene::new(desc)?;
-    // A demo is made for its moment.
-    if let Some(time) = options.time.filter(|_| !source.starts_with("demo:")) {
-        let Some(motion) = scene.motion().cloned() else {
-            return Err(Error::scene("nothing moves in this scene", source, "leave the time out"));
-        };
+    if let Some(time) = options.time.filter(|_| !is_made_for_its_moment(source)) {
+        let motion = scene.motion().cloned().ok_or_else(|| nothing_moves(source))?;
         scene.pose(motion.pose(time)?)?;
     }
     Ok(scene)
@@ -74,7 +71,13 @@ pub(crate) fn posed(desc: SceneDesc, source: &str, options: &LoadOptions) -> Res
 pub fn stream(source: &str, options: &LoadOptions) -> Result<SceneStream, Error> {
     let mut stream = match source.strip_prefix("demo:") {
         Some(name) => generate::stream(name, &options.demo())?,
-        None => at_moment(describe(source, options)?, options.time)?.into(),
+        None => {
+            let desc = describe(source, options)?;
+            match options.time.filter(|_| !is_made_for_its_moment(source)) {
+                Some(time) => desc.at(time)?.into(),
+                None => desc.into(),
+            }
+        }
     };
     adapt(&mut stream.desc, options)?;
     Ok(stream)
@@ -177,20 +180,40 @@ fn placed(sources: &[String]) -> Result<Vec<Placed>, Error> {
     Ok(files)
 }
 
+/// All files together, at the moment of the options, which one of them must have.
 fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error> {
     let mut merged = Merged::default();
+    let mut moves = false;
     for Placed { source, transforms } in placed {
-        let scene = match source.strip_prefix("demo:") {
-            Some(name) => generate::stream(name, &options.demo())?.into(),
-            None if options.time.is_some() => {
-                let (desc, files) = vastlight_import::load_with_files(Path::new(source), &options.import)?;
-                Streamed { files, ..SceneStream::from(at_moment(desc, options.time)?).into() }
+        let path = Path::new(source);
+        let scene = match (source.strip_prefix("demo:"), options.time) {
+            (Some(name), _) => {
+                moves |= generate::moves(name);
+                generate::stream(name, &options.demo())?.into()
             }
-            None => vastlight_import::stream(Path::new(source), &options.import)?,
+            (None, Some(time)) => {
+                let (desc, files) = vastlight_import::load_with_files(path, &options.import)?;
+                moves |= desc.motion.is_some();
+                let desc = if desc.motion.is_some() { desc.at(time)? } else { desc };
+                Streamed { files, ..SceneStream::from(desc).into() }
+            }
+            (None, None) => vastlight_import::stream(path, &options.import)?,
         };
         merged.add(scene, transforms.clone());
     }
-    Ok(merged.finish())
+    match placed {
+        [first, ..] if options.time.is_some() && !moves => Err(nothing_moves(&first.source)),
+        _ => Ok(merged.finish()),
+    }
+}
+
+/// Whether [`describe`] gives the moment of the options, not the scene at rest.
+fn is_made_for_its_moment(source: &str) -> bool {
+    source.starts_with("demo:") || is_manifest(source)
+}
+
+fn nothing_moves(source: &str) -> Error {
+    Error::scene("nothing moves in this scene", source, "leave the time out")
 }
 
 /// What says which scene the options make of a source, known without reading it: version, files as they are, settings.
@@ -252,7 +275,8 @@ pub(crate) fn adapt(desc: &mut SceneDesc, options: &LoadOptions) -> Result<(), E
     Ok(())
 }
 
-/// The description of a scene as its file or generator gives it, unchecked and unchanged; that of a file at rest.
+/// The description of a scene as its file or generator gives it, unchecked and unchanged: of a file at rest, of a demo or a
+/// manifest at the moment of the options.
 ///
 /// # Errors
 /// If the file cannot be read or is wrong, or the demo is unknown.
@@ -276,12 +300,4 @@ pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error>
         }));
     }
     Ok(desc)
-}
-
-/// What a file holds as it is at a time, or at rest.
-fn at_moment(desc: SceneDesc, time: Option<f32>) -> Result<SceneDesc, Error> {
-    Ok(match time {
-        Some(time) => desc.at(time)?,
-        None => desc,
-    })
 }

@@ -9,7 +9,7 @@ use vastlight::film::Picture;
 use vastlight::store::PackConfig;
 use vastlight::{
     Error, ErrorClass, LoadOptions, OpenScene, PackControl, cached_store, describe, export, load, open,
-    pack_input, pack_within,
+    pack_input, pack_within, stream,
 };
 
 /// A budget in which some 65 thousand triangles are packed at a time.
@@ -207,6 +207,37 @@ fn all_files_of_a_sequence_are_sources_at_rest_and_at_a_moment() {
         write("mesh.02.obj", triangle(2.0) + "# the same again\n");
         assert_eq!(sources.iter().position(|source| source.has_changed()), Some(1));
         write("mesh.02.obj", triangle(2.0));
+    }
+}
+
+/// Beside what stands still, what moves is at its moment; alone, what stands still has none.
+#[test]
+fn a_manifest_is_had_at_a_moment() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |file: &str, text: &str| {
+        let path = folder.path().join(file);
+        std::fs::write(&path, text).expect("writes");
+        name(&path)
+    };
+    for (file, height) in [("a1.obj", 1.0), ("a2.obj", 3.0), ("still.obj", 0.5)] {
+        write(file, &format!("v 0 0 0\nv 1 0 0\nv 0 {height} 0\nf 1 2 3\n"));
+    }
+    let both = write("both.toml", "[[place]]\nfile = \"a#.obj\"\n[[place]]\nfile = \"still.obj\"\n");
+    let still = write("still.toml", "[[place]]\nfile = \"still.obj\"\n");
+    let mut options = LoadOptions { time: Some(0.5), ..LoadOptions::default() };
+    options.import.sequence_fps = 1.0;
+    let scene = load(&both, &options).expect("reads");
+    assert_eq!((scene.bounds().max.y, scene.meshes().len()), (2.0, 2));
+    let opened = open(&both, &options).expect("reads");
+    assert_eq!(opened.scene.bounds(), scene.bounds());
+    let streamed = stream(&both, &options).expect("reads").collect().expect("reads");
+    assert_eq!(streamed.meshes.len(), 2);
+    let file = name(&folder.path().join("still.obj"));
+    for source in [&still, &file] {
+        assert!(load(source, &options).expect_err("still").to_string().contains("nothing moves"));
+        assert!(stream(source, &options).map(drop).expect_err("still").to_string().contains("nothing moves"));
+        let packed = pack_input(std::slice::from_ref(source), &options, None).map(drop);
+        assert!(packed.expect_err("still").to_string().contains("nothing moves"));
     }
 }
 
