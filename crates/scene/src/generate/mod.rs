@@ -10,6 +10,7 @@ mod builder;
 mod caustic_sphere;
 mod chance;
 mod city;
+mod cloth;
 mod cornell;
 mod explosion;
 mod extrude;
@@ -29,8 +30,10 @@ mod still_life;
 mod terrain;
 mod textured_hall;
 mod textures;
+mod traffic;
 mod tree;
 mod tube;
+mod walker;
 mod water;
 
 use crate::{SceneDesc, SceneError, SceneStream};
@@ -118,6 +121,7 @@ const DEMOS: &[Demo] = &[
         instanced: Some(city::size),
         ..Demo::sized("city", 200_000, 20_000_000_000, Make::Pieces(city::city))
     },
+    Demo::moving_sized("cloth", 20_000, 100_000_000, cloth::cloth),
     Demo::new("cornell", Make::Whole(cornell::cornell)),
     Demo::moving_sized("explosion", 20_000, 100_000_000, explosion::explosion),
     Demo::moving("julia", julia::julia),
@@ -131,6 +135,11 @@ const DEMOS: &[Demo] = &[
         texture_bytes: Some(textured_hall::TEXTURE_BYTES),
         ..Demo::new("textured-hall", Make::Pieces(textured_hall::textured_hall))
     },
+    Demo {
+        instanced: Some(traffic::size),
+        ..Demo::moving_sized("traffic", 400_000, 1_000_000_000, traffic::traffic)
+    },
+    Demo::moving("walker", walker::walker),
     Demo::moving("water", water::water),
 ];
 

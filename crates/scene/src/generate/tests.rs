@@ -1,8 +1,8 @@
 //! Tests over all demos.
 
 use super::*;
-use crate::{Mesh, Scene};
-use std::sync::OnceLock;
+use crate::{Mesh, Motion, Scene};
+use std::sync::{Arc, OnceLock};
 
 /// A small version of every demo under seed 7, made once.
 fn all() -> &'static [(&'static str, SceneDesc)] {
@@ -123,6 +123,27 @@ fn the_triangle_count_is_met() {
             let made = instanced_triangles(&by_name(demo.name, &options).expect("in range"));
             assert!(made.abs_diff(wanted) * 100 <= wanted, "{}: {made} for {wanted}", demo.name);
         }
+    }
+}
+
+#[test]
+fn moments_follow_from_their_time_alone() {
+    let moving = || all().iter().filter_map(|(name, desc)| Some((name, desc.motion.as_ref()?)));
+    assert!(moving().count() >= 5);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+    for (name, motion) in moving() {
+        let times = [0.0, 0.31, 1.07, 0.7, 2.9].map(|t| t * motion.duration() / 4.0);
+        let pose = |motion: &Arc<dyn Motion>, time: f32| motion.pose(time).expect(name);
+        let forward = times.map(|time| pose(motion, time));
+        assert!(forward[1..].iter().all(|moment| *moment != forward[0]), "{name} stands still");
+        // Another maker, one thread, and the last moment first.
+        let other = pool.install(|| {
+            let other = small(name, 7).motion.expect("moves");
+            let mut moments: Vec<_> = times.iter().rev().map(|&time| pose(&other, time)).collect();
+            moments.reverse();
+            moments
+        });
+        assert!(forward.iter().eq(&other), "{name}");
     }
 }
 

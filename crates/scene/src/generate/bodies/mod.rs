@@ -27,9 +27,10 @@ use vastlight_math::{Affine3, Vec2, Vec3};
 /// Seconds.
 const DURATION: f32 = 6.0;
 const BOWL: Bowl = Bowl { radius: 1.75, lift: 0.12, thickness: 0.06, rim: 0.95 };
-/// Bodies in each of the two swarms along x, y and z, and metres between them.
-const SWARM: [u32; 3] = [4, 7, 5];
+/// Bodies in each of the two swarms, metres between them, and where the swarm on the right has its middle.
+const SWARM: usize = 140;
 const SPACING: f32 = 0.33;
+const MIDDLE: Vec3 = Vec3::new(1.75, 2.35, 0.0);
 /// Triangles of the mesh unless other numbers are asked for.
 const USUAL: u64 = 150_000;
 
@@ -64,15 +65,13 @@ struct Thing {
 /// Two swarms on their way to meet above the bowl, sorted by material.
 fn things(chance: &Chance, paints: &[u32]) -> Vec<Thing> {
     let mut things = Vec::new();
+    // No rows are seen from the front.
+    let askew = Turn::about(Vec3::new(0.48, 0.6, 0.64), 0.9);
     for (side, swarm) in [(-1.0, 0), (1.0, 1)] {
-        for i in 0..SWARM.iter().product() {
-            let mut chance = chance.part(swarm << 32 | u64::from(i));
-            let cell = [i % SWARM[0], i / SWARM[0] % SWARM[1], i / (SWARM[0] * SWARM[1])];
-            let offset = |axis: usize| cell[axis] as f32 - 0.5 * (SWARM[axis] - 1) as f32;
-            let jitter = chance.direction() * 0.012;
-            let at = Vec3::new(side * 1.75, 2.35, 0.0)
-                + Vec3::new(offset(0), offset(1), offset(2)) * SPACING
-                + jitter;
+        for (i, cell) in (0..).zip(swarm_cells()) {
+            let mut chance = chance.part(swarm << 32 | i);
+            let mirror = Vec3::new(side, 1.0, 1.0);
+            let at = mirror * (MIDDLE + askew.apply(cell) * SPACING) + chance.direction() * 0.012;
             let turn = Turn::about(chance.direction(), chance.range(0.0, TAU));
             things.push(Thing {
                 kind: Kind::ALL[chance.below(4) as usize],
@@ -86,6 +85,20 @@ fn things(chance: &Chance, paints: &[u32]) -> Vec<Thing> {
     }
     things.sort_by_key(|thing| thing.material);
     things
+}
+
+/// Points of a staggered lattice, one apart along each axis at least, nearest to the middle.
+fn swarm_cells() -> Vec<Vec3> {
+    let mut cells: Vec<Vec3> = (0..9 * 9 * 9)
+        .map(|i| {
+            let [x, y, z] = [i % 9 - 4, i / 9 % 9 - 4, i / 81 - 4].map(|c| c as f32);
+            let shift = if (i / 9 % 9 + i / 81) % 2 == 0 { 0.25 } else { -0.25 };
+            Vec3::new(x + shift, y, z)
+        })
+        .collect();
+    cells.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    cells.truncate(SWARM);
+    cells
 }
 
 /// One mesh of all things where they are, of so many triangles.
@@ -164,15 +177,15 @@ fn stage(b: &mut Builder, seed: u32) {
     b.object("bowl", china, &BOWL.surface(96));
     for (name, color, at, size) in [
         ("lamp above", Vec3::new(1.0, 0.97, 0.92) * 30.0, Vec3::new(-1.6, 5.6, 1.4), 2.0),
-        ("warm lamp", Vec3::new(1.0, 0.72, 0.45) * 26.0, Vec3::new(4.2, 3.0, -2.6), 1.2),
+        ("warm lamp", Vec3::new(1.0, 0.72, 0.45) * 26.0, Vec3::new(4.6, 4.6, -3.4), 1.6),
         ("cool lamp", Vec3::new(0.55, 0.75, 1.0) * 14.0, Vec3::new(-4.6, 2.4, 3.4), 1.2),
     ] {
         let lamp = b.material(Material::emitter(name, color, false));
         b.object(name, lamp, &square_lamp(at, Vec3::new(0.0, 1.0, 0.0), size));
     }
     b.desc.environment = Some(Environment::Constant(Vec3::new(0.17, 0.18, 0.2)));
-    let (eye, target) = (Vec3::new(1.2, 3.1, 6.6), Vec3::new(0.0, 1.35, 0.0));
-    let fov = 36_f32.to_radians();
+    let (eye, target) = (Vec3::new(0.9, 4.0, 5.6), Vec3::new(0.0, 1.55, 0.0));
+    let fov = 40_f32.to_radians();
     let projection = Projection::Perspective {
         vertical_fov: fov,
         lens_radius: 0.01,

@@ -11,7 +11,7 @@ use vastlight_math::Vec3;
 
 const SURFACE: Surface = Surface { bounce: 0.32, friction: 0.55 };
 /// Where the charge lies.
-const CHARGE: Vec3 = Vec3::new(0.02, 1.34, -0.06);
+const CHARGE: Vec3 = Vec3::new(0.03, 0.98, -0.1);
 /// A shard that moves less than this for so many steps stays: metres a second.
 const STILL: f32 = 0.06;
 const STEPS_TO_REST: u32 = 24;
@@ -51,7 +51,7 @@ fn thrown(center: Vec3, reach: f32, chance: &mut Chance) -> Body {
     let away = center - CHARGE;
     let distance = away.length();
     let direction = (away.normalize_or(Vec3::Y) + chance.direction() * 0.28).normalize_or(Vec3::Y);
-    let speed = 3.4 * chance.range(0.6, 1.25) * (0.16 / (distance + 0.06)).min(1.25);
+    let speed = 3.4 * chance.range(0.6, 1.25) * (0.36 / (distance + 0.13)).min(1.25);
     Body {
         place: Place { turn: Turn::NONE, at: center },
         velocity: direction * speed + Vec3::Y * chance.range(0.3, 1.4),

@@ -25,7 +25,9 @@ use vastlight_math::{Affine3, Vec2, Vec3};
 const DURATION: f32 = 4.0;
 const BURST: f32 = 0.25;
 /// Half the plinth's width and depth, and its height.
-const PLINTH: Vec3 = Vec3::new(0.25, 1.12, 0.25);
+const PLINTH: Vec3 = Vec3::new(0.56, 0.5, 0.56);
+/// The head is so much larger than the statue's.
+const SCALE: f32 = 2.2;
 /// Where the wall behind stands, along z.
 const WALL: f32 = -5.5;
 /// Triangles of a head from which the length of all borders is foreseen.
@@ -40,7 +42,8 @@ pub(super) fn explosion(options: &GenerateOptions) -> SceneDesc {
     stage(&mut b, seed);
     let left = options.triangles.unwrap_or(200_000).saturating_sub(b.instanced_triangles());
     let (mut mesh, shards) = shell(left, seed, [glaze, clay]);
-    let place = Affine3::from_translation(Vec3::new(0.0, PLINTH.y, 0.0)) * turn(0.42);
+    let stand = Affine3::from_translation(Vec3::Y * PLINTH.y) * turn(0.42);
+    let place = stand * Affine3::from_scale(Vec3::splat(SCALE));
     let shards = put(&mut mesh, shards, &place);
     let burst = Burst {
         mesh: b.desc.meshes.len() as u32,
@@ -136,13 +139,13 @@ fn stage(b: &mut Builder, seed: u32) {
     b.assembled("plinth", plinth);
     let concrete =
         textures::paint("concrete", 512, |uv| textures::mottled(uv, srgb(0x8f8d89), 0.3, seed ^ 23));
-    let concrete = b.texture(concrete, Encoding::Srgb, Vec2::splat(2.2));
+    let concrete = b.texture(concrete, Encoding::Srgb, Vec2::splat(3.1));
     let floor = b.material(Material {
         base_color: ColorInput { factor: Vec3::ONE, texture: Some(concrete) },
         ..stone("polished concrete", Vec3::ONE, 0.35)
     });
     b.object("floor", floor, &solids::floor(24.0, 24.0));
-    let wall = b.material(stone("wall", srgb(0x3d5560), 0.9));
+    let wall = b.material(stone("wall", srgb(0x55707c), 0.9));
     let mut shape = Shape::default();
     let corner = |x: f32, y: f32| Vec3::new(x, y, WALL);
     shape.flat_quad([corner(-12.0, 0.0), corner(12.0, 0.0), corner(12.0, 7.0), corner(-12.0, 7.0)]);
@@ -154,7 +157,7 @@ fn stage(b: &mut Builder, seed: u32) {
         let lamp = b.material(Material::emitter(name, color, false));
         b.object(name, lamp, &square_lamp(at, Vec3::new(0.0, 1.1, 0.0), size));
     }
-    b.desc.environment = Some(Environment::Constant(Vec3::new(0.14, 0.16, 0.19)));
-    let (eye, target) = (Vec3::new(0.9, 1.55, 4.6), Vec3::new(0.0, 0.98, 0.0));
-    b.desc.cameras.push(Camera::look_at("studio", eye, target, 34_f32.to_radians()));
+    b.desc.environment = Some(Environment::Constant(Vec3::new(0.2, 0.22, 0.25)));
+    let (eye, target) = (Vec3::new(0.9, 1.55, 4.7), Vec3::new(0.0, 0.98, 0.0));
+    b.desc.cameras.push(Camera::look_at("studio", eye, target, 32_f32.to_radians()));
 }

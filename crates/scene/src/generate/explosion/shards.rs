@@ -10,7 +10,7 @@ use std::ops::Range;
 use vastlight_math::Vec3;
 
 /// Metres from cell to cell.
-const CELL: f32 = 0.062;
+const CELL: f32 = 0.054;
 /// Shards with less than this join a neighbour, square metres.
 const CRUMB: f32 = 1.5e-4;
 /// The statue's axis (x, z) and the part of its radius where the shell's inside is.
