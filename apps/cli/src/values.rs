@@ -1,6 +1,7 @@
 //! Values of arguments: resolutions, crops, durations, directions, filters.
 
 use std::time::Duration;
+use vastlight::accel::cluster::Heuristic;
 use vastlight::math::Vec3;
 use vastlight::trace::UpdateMethod;
 use vastlight::transport::photon::SearchKind;
@@ -172,6 +173,12 @@ pub(crate) fn photon_search(text: &str) -> Result<SearchKind, String> {
 pub(crate) fn update_method(text: &str) -> Result<UpdateMethod, String> {
     let names = || UpdateMethod::ALL.map(UpdateMethod::name).join(", ");
     UpdateMethod::from_name(text).ok_or_else(|| format!("one of {} is expected", names()))
+}
+
+/// What clusters should look like.
+pub(crate) fn heuristic(text: &str) -> Result<Heuristic, String> {
+    let names = || Heuristic::ALL.map(Heuristic::name).join(", ");
+    Heuristic::from_name(text).ok_or_else(|| format!("one of {} is expected", names()))
 }
 
 /// A number above 0.

@@ -325,6 +325,19 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
     assert_eq!(animate.len(), 2 * 2);
     let fields = "bench sequence method rays_per_frame update_ms trace_ms against_best";
     animate.iter().for_each(|l| fields.split(' ').for_each(|f| assert!(!l[f].is_null(), "{f}: {l}")));
+    let clusters =
+        "bench clusters demo:explosion --triangles 20000 -f 36-37 -r 32x24 -o c.png --max-count 20";
+    for (line, heuristic) in lines(&format!("{clusters} --heuristic acc,error")).iter().zip(["acc", "error"])
+    {
+        let fields = "bench max_count clusters build_ms build_ms_without trace_ratio";
+        fields.split(' ').for_each(|f| assert!(!line[f].is_null(), "{f}: {line}"));
+        assert_eq!((line["heuristic"].as_str(), line["same_hits"].as_bool()), (Some(heuristic), Some(true)));
+        let [clusters, triangles] = ["clusters", "triangles"].map(|f| line[f].as_u64().expect("a count"));
+        assert!((triangles / 20..triangles).contains(&clusters), "{line}");
+    }
+    assert!(w.files().contains(&"c.png".to_owned()));
+    let still = w.run("bench clusters demo:cornell -f 0 -r 32x24");
+    assert_eq!(still.code, 3, "{}", still.stderr);
     let path = line("bench path demo:cornell -r 16x16 --spp 2");
     let fields = "bench device msamples_per_s first_image_ms";
     fields.split(' ').for_each(|f| assert!(!path[f].is_null(), "{f}: {path}"));

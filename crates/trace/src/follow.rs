@@ -4,7 +4,7 @@ use crate::tracer::milliseconds;
 use std::time::Instant;
 use vastlight_accel::update::{DynamicMesh, Method, UpdateConfig, UpdateReport, refit};
 use vastlight_accel::wide::{MeshBvh, MeshView};
-use vastlight_accel::{BuildConfig, BuildError, Scratch};
+use vastlight_accel::{BuildConfig, BuildError, ClusterConfig, Clusters, Scratch};
 
 /// How the structure of a mesh follows new vertices. No method changes a hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,6 +56,8 @@ pub struct FollowReport {
     pub rebuilt: f64,
     /// Subtrees that were put elsewhere, as a share of all nodes.
     pub migrated: f64,
+    /// Milliseconds of making clusters before, once for each mesh.
+    pub clusters_ms: f64,
 }
 
 /// A mesh that moves, with what its method keeps.
@@ -71,12 +73,16 @@ enum Kept {
     Bvh(MeshBvh),
     /// A binary tree besides.
     Dynamic(Box<DynamicMesh>),
+    /// Clusters, over which trees are built.
+    Clusters(Box<(Clusters, MeshBvh)>),
 }
 
 /// How structures are built.
 pub(crate) struct Building<'a> {
     pub(crate) accel: &'a str,
     pub(crate) config: BuildConfig,
+    /// Clusters for meshes that are rebuilt.
+    pub(crate) clusters: Option<ClusterConfig>,
     pub(crate) scratch: &'a mut Scratch,
 }
 
@@ -88,9 +94,12 @@ impl MovingMesh {
         building: &mut Building<'_>,
     ) -> Result<(Self, FollowReport), BuildError> {
         let start = Instant::now();
-        let kept = Kept::build(mesh, method, building)?;
-        let ms = milliseconds(start.elapsed());
-        let report = FollowReport { method: UpdateMethod::Rebuild, ms, ..FollowReport::default() };
+        let mut kept = Kept::before(mesh, method, building);
+        let clusters_ms = milliseconds(start.elapsed());
+        kept.build(mesh, method, building)?;
+        let ms = milliseconds(start.elapsed()) - clusters_ms;
+        let report =
+            FollowReport { method: UpdateMethod::Rebuild, ms, clusters_ms, ..FollowReport::default() };
         Ok((Self { kept, plan: UpdatePlan::new(ms) }, report))
     }
 
@@ -109,8 +118,7 @@ impl MovingMesh {
             Some(done) => (report.rebuilt, report.migrated) = (done.rebuilt, done.migrated),
             None => {
                 let before = self.kept.cost();
-                self.kept = Kept::default();
-                self.kept = Kept::build(mesh, method, building)?;
+                self.kept.build(mesh, method, building)?;
                 report = FollowReport { method: UpdateMethod::Rebuild, rebuilt: 1.0, ..report };
                 let built_ms = milliseconds(start.elapsed());
                 let decay = before.zip(self.kept.cost()).map_or(1.0, |(old, new)| old / new);
@@ -127,6 +135,15 @@ impl MovingMesh {
         match &self.kept {
             Kept::Bvh(bvh) => bvh,
             Kept::Dynamic(mesh) => mesh.bvh(),
+            Kept::Clusters(kept) => &kept.1,
+        }
+    }
+
+    /// The clusters over which trees are built.
+    pub(crate) fn clusters(&self) -> Option<&Clusters> {
+        match &self.kept {
+            Kept::Clusters(kept) => Some(&kept.0),
+            _ => None,
         }
     }
 
@@ -134,6 +151,7 @@ impl MovingMesh {
         match &self.kept {
             Kept::Bvh(bvh) => bvh.bytes(),
             Kept::Dynamic(mesh) => mesh.bytes(),
+            Kept::Clusters(kept) => kept.0.bytes() + kept.1.bytes(),
         }
     }
 }
@@ -145,19 +163,36 @@ impl Default for Kept {
 }
 
 impl Kept {
-    /// A fresh structure, with what the method needs later.
+    /// What is made once, before the first tree.
+    fn before(mesh: &MeshView<'_>, method: UpdateMethod, building: &Building<'_>) -> Self {
+        match building.clusters {
+            Some(config) if method == UpdateMethod::Rebuild => {
+                Self::Clusters(Box::new((Clusters::new(mesh, &config), MeshBvh::default())))
+            }
+            _ => Self::default(),
+        }
+    }
+
+    /// Builds anew, with what the method needs later. The memory of an old tree is there for the next one.
     fn build(
+        &mut self,
         mesh: &MeshView<'_>,
         method: UpdateMethod,
         building: &mut Building<'_>,
-    ) -> Result<Self, BuildError> {
-        let Building { accel, config, scratch } = building;
-        Ok(match method {
+    ) -> Result<(), BuildError> {
+        let Building { accel, config, scratch, .. } = building;
+        if let Self::Clusters(kept) = self {
+            let (clusters, bvh) = &mut **kept;
+            return clusters.rebuild(accel, mesh, config, scratch, bvh).map(|_| ());
+        }
+        *self = Self::default();
+        *self = match method {
             UpdateMethod::Rebuild | UpdateMethod::Refit => {
                 Self::Bvh(MeshBvh::build(accel, mesh, config, scratch)?.0)
             }
             _ => Self::Dynamic(Box::new(DynamicMesh::new(accel, mesh, config, scratch)?.0)),
-        })
+        };
+        Ok(())
     }
 
     /// Updates what is there; none where it must be built anew.
@@ -174,14 +209,14 @@ impl Kept {
                 refit(bvh, mesh);
                 Some(UpdateReport::default())
             }
-            Self::Bvh(_) => None,
+            Self::Bvh(_) | Self::Clusters(_) => None,
         }
     }
 
     /// The expected cost of a ray, where it is known.
     fn cost(&self) -> Option<f64> {
         match self {
-            Self::Bvh(_) => None,
+            Self::Bvh(_) | Self::Clusters(_) => None,
             Self::Dynamic(mesh) => Some(mesh.cost()),
         }
     }

@@ -9,9 +9,9 @@ use crate::mesh::MeshTree;
 use crate::tracer::{milliseconds, view};
 use crate::{Layout, TopLevel, TraceError, Tracer};
 use std::time::Instant;
-use vastlight_accel::BuildConfig;
 use vastlight_accel::wide::traverse::stack_entries;
 use vastlight_accel::wide::{InstanceBvh, Still};
+use vastlight_accel::{BuildConfig, Clusters};
 use vastlight_math::Aabb;
 use vastlight_scene::{Change, Pose, Scene, SceneError};
 
@@ -83,6 +83,15 @@ impl Tracer {
         self.trace_ms = ms;
     }
 
+    /// The clusters over which the tree of a mesh that moved is built, see [`TracerConfig::clusters`](crate::TracerConfig::clusters).
+    #[must_use]
+    pub fn clusters(&self, mesh: u32) -> Option<&Clusters> {
+        match self.meshes.get(mesh as usize) {
+            Some(MeshTree::Moving(moving)) => moving.clusters(),
+            _ => None,
+        }
+    }
+
     /// Whether the structures can be updated; others are built anew.
     fn follows(&self) -> bool {
         self.kd.is_none() && self.config.layout == Layout::Wide && self.config.top == TopLevel::Tree
@@ -94,7 +103,8 @@ impl Tracer {
         let (config, trace_ms) = (self.build_config(), self.trace_ms);
         let accel = if self.config.rebuild.is_empty() { self.report.accel } else { &self.config.rebuild };
         let mut reports = Vec::new();
-        let mut building = Building { accel, config, scratch: &mut self.scratch };
+        let mut building =
+            Building { accel, config, clusters: self.config.clusters, scratch: &mut self.scratch };
         for &mesh in &change.meshes {
             if scene.instances().of_mesh(mesh).is_empty() {
                 continue;

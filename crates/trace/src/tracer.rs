@@ -20,7 +20,7 @@ use vastlight_accel::compact::{CompactError, CompactMesh, PackedPage, SLACK};
 use vastlight_accel::kdtree::{KdKind, KdMesh};
 use vastlight_accel::wide::traverse::stack_entries;
 use vastlight_accel::wide::{InstanceBvh, MeshBuild, MeshBvh, MeshView};
-use vastlight_accel::{BuildConfig, BuildError, Scratch};
+use vastlight_accel::{BuildConfig, BuildError, ClusterConfig, Scratch};
 use vastlight_math::{Aabb, Ray};
 use vastlight_paging::Table;
 use vastlight_scene::{Mesh, Scene};
@@ -49,6 +49,9 @@ pub struct TracerConfig {
     pub update: UpdateMethod,
     /// Name of the builder of meshes that move; empty for `accel`.
     pub rebuild: String,
+    /// Meshes that are rebuilt ([`UpdateMethod::Rebuild`]) get trees over such clusters, made when a mesh moves for the first time:
+    /// builds are 5 to 10 times faster, rays up to 15 % slower.
+    pub clusters: Option<ClusterConfig>,
 }
 
 /// What is above the meshes of a scene.

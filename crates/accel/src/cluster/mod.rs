@@ -43,6 +43,27 @@ pub enum Heuristic {
     Error,
 }
 
+impl Heuristic {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Acc, Self::Naive, Self::Error];
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Acc => "acc",
+            Self::Naive => "naive",
+            Self::Error => "error",
+        }
+    }
+
+    /// The one of this name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|heuristic| heuristic.name() == name)
+    }
+}
+
 /// How clusters that are acceptable to [`Heuristic::Acc`] are found. The others are always merged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Generator {

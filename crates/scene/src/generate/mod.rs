@@ -137,7 +137,7 @@ const DEMOS: &[Demo] = &[
     },
     Demo {
         instanced: Some(traffic::size),
-        ..Demo::moving_sized("traffic", 400_000, 1_000_000_000, traffic::traffic)
+        ..Demo::moving_sized("traffic", 400_000, 4_000_000_000, traffic::traffic)
     },
     Demo::moving("walker", walker::walker),
     Demo::moving("water", water::water),

@@ -3,6 +3,8 @@
 use crate::common::shapes::{closed_surface, random_soup, soup};
 use crate::common::{ACCELS, Random, closest, occluded, rays_at, tracer_over};
 use std::sync::Arc;
+use vastlight_accel::ClusterConfig;
+use vastlight_accel::cluster::Heuristic;
 use vastlight_math::glam::Quat;
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_scene::{Instance, Mesh, MeshPose, Motion, Pose, Scene, SceneDesc, SceneError};
@@ -75,25 +77,36 @@ fn fresh(time: f32) -> Tracer {
 
 #[test]
 fn a_tracer_that_follows_gives_the_hits_of_one_built_anew() {
-    let over = |accel: &&'static str| (*accel, UpdateMethod::Auto);
-    let default = UpdateMethod::ALL.map(|method| ("", method));
-    for (accel, update) in default.into_iter().chain(ACCELS[1..].iter().map(over)) {
+    let by_method = |update| TracerConfig { update, ..TracerConfig::default() };
+    let over_clusters = |heuristic| {
+        let config = ClusterConfig { heuristic, max_count: 20, max_size: 20, ..ClusterConfig::DEFAULT };
+        TracerConfig { clusters: Some(config), ..by_method(UpdateMethod::Rebuild) }
+    };
+    let configs = UpdateMethod::ALL.map(by_method).into_iter().chain(Heuristic::ALL.map(over_clusters));
+    let configured = |config: TracerConfig| {
+        let what = format!("{config:?}");
+        let make = move |scene: &Scene| Tracer::new(scene, &config).expect("built");
+        (what, Box::new(make) as Box<dyn Fn(&Scene) -> Tracer>)
+    };
+    let over = |accel: &&'static str| {
+        let accel = *accel;
+        let make = move |scene: &Scene| tracer_over(accel, scene, Level::detect());
+        (accel.to_owned(), Box::new(make) as Box<dyn Fn(&Scene) -> Tracer>)
+    };
+    for (what, make) in configs.map(configured).chain(ACCELS[1..].iter().map(over)) {
         let mut scene = Scene::new(mixed()).expect("valid");
-        let mut tracer = tracer_over(accel, &scene, Level::detect());
-        if accel.is_empty() {
-            let config = TracerConfig { update, ..TracerConfig::default() };
-            tracer = Tracer::new(&scene, &config).expect("built");
-        }
+        let mut tracer = make(&scene);
         let motion = Arc::clone(scene.motion().expect("it moves"));
         for time in [0.25, 1.0, 1.5, 7.75, 8.0, 8.5, 3.25, 2.5, 2.0, 0.75, 0.1, 0.2, 0.3, 0.4, 0.6, 0.0] {
             let pose = motion.pose(time).expect("a moment");
             let report = tracer.pose(&mut scene, pose).expect("fits");
             assert_eq!(report.change.meshes, [BALL]);
             let expected = answers(&fresh(time), time);
-            assert_eq!(answers(&tracer, time), expected, "{accel} {update:?} at {time}");
+            assert_eq!(answers(&tracer, time), expected, "{what} at {time}");
             let hits = expected.0.iter().filter(|hit| hit.is_hit()).count();
             assert!((50..2000).contains(&hits), "{hits} hits at {time}");
         }
+        assert_eq!(tracer.clusters(BALL).is_some(), what.contains("heuristic"), "{what}");
         assert_ne!(answers(&tracer, 0.25), answers(&fresh(0.25), 0.25), "another moment has other hits");
     }
 }

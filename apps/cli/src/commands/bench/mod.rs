@@ -3,6 +3,7 @@
 mod build;
 mod build_gpu;
 mod caustics;
+mod clusters;
 mod kdtree;
 mod ooc;
 mod path;
@@ -37,12 +38,14 @@ enum What {
     Caustics(caustics::Caustics),
     Update(Box<update::Update>),
     Animate(Box<update::Animate>),
+    Clusters(Box<clusters::Clusters>),
 }
 
 impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
-        !matches!(self.what, What::Ooc(_) | What::Texture(_) | What::Update(_) | What::Animate(_))
+        use What::{Animate, Clusters, Ooc, Texture, Update};
+        !matches!(self.what, Ooc(_) | Texture(_) | Update(_) | Animate(_) | Clusters(_))
     }
 }
 
@@ -57,6 +60,7 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
         What::Caustics(arguments) => caustics::run(arguments, common),
         What::Update(arguments) => update::update(arguments, common),
         What::Animate(arguments) => update::animate(arguments, common),
+        What::Clusters(arguments) => clusters::run(arguments, common),
         What::Path(arguments) => path::run(arguments, common, start),
     }
 }

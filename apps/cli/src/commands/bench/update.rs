@@ -103,6 +103,8 @@ fn line(scene: &SceneArguments, figures: &MovingFigures) -> serde_json::Value {
         "trace_ratio": figures.fresh_trace_ms / figures.trace_ms,
         "rebuilt_fraction": figures.changed[0],
         "migrated_fraction": figures.changed[1],
+        "moved_meshes": figures.moved[0],
+        "moved_instances": figures.moved[1],
         "rays": figures.rays,
         "same_hits": figures.same_hits,
         "threads": rayon::current_num_threads(),

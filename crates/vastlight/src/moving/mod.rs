@@ -1,6 +1,8 @@
 //! What moving costs: a scene is followed through its moments, and rays over the updated structures are compared with rays
 //! over fresh ones.
 
+mod clusters;
+
 use crate::{CameraChoice, Error, ErrorClass};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -11,6 +13,8 @@ use vastlight_trace::bench::trace;
 use vastlight_trace::sort::SortRays;
 use vastlight_trace::{Hit, TraceError, Tracer, TracerConfig, UpdateMethod};
 use vastlight_transport::{CameraRays, RenderSettings};
+
+pub use clusters::{ClusterFigures, ClusterRequest, measure_clusters};
 
 /// What to measure.
 #[derive(Clone, Debug)]
@@ -50,6 +54,8 @@ pub struct MovingFigures {
     pub fresh_trace_ms: f64,
     /// Binary nodes that were rebuilt, and subtrees that were put elsewhere, as shares of all nodes.
     pub changed: [f64; 2],
+    /// Meshes and instances that moved.
+    pub moved: [usize; 2],
     /// Rays.
     pub rays: usize,
     /// Whether both structures gave the same hits.
@@ -108,6 +114,7 @@ pub fn measure_moving(
                 trace_ms,
                 fresh_trace_ms: fresh.trace_ms,
                 changed: report.meshes.first().map_or([0.0; 2], |mesh| [mesh.rebuilt, mesh.migrated]),
+                moved: [report.change.meshes.len(), report.change.instances.len()],
                 rays: fresh.rays.len(),
                 same_hits: (figures.hits, figures.sum_t.to_bits()) == fresh.answer,
             });

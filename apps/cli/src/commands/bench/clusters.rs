@@ -1,0 +1,79 @@
+//! `vastlight bench clusters SEQUENCE`.
+
+use crate::arguments::{Common, SceneArguments};
+use crate::exit::Exit;
+use crate::output::PictureFile;
+use crate::values::{self, Frames, Resolution};
+use clap::Args;
+use serde_json::json;
+use std::path::PathBuf;
+use vastlight::accel::cluster::Heuristic;
+use vastlight::film::PngOptions;
+use vastlight::{ClusterFigures, ClusterRequest, Error, measure_clusters};
+
+/// Build trees over precomputed clusters of meshes that deform, beside trees over all triangles
+#[derive(Args, Debug)]
+pub(crate) struct Clusters {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// What clusters should look like: acc (discs or balls), naive (full boxes), error (flat discs)
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "acc", value_parser = values::heuristic)]
+    heuristic: Vec<Heuristic>,
+    /// Most vertices of a cluster, and its largest size
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [10, 50, 100, 200], value_parser = clap::value_parser!(u32).range(1..))]
+    max_count: Vec<u32>,
+    /// Frames
+    #[arg(short, long, value_name = "A-BxS", default_value = "0-71x12", value_parser = values::frames)]
+    frames: Frames,
+    /// Frames a second
+    #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = values::positive)]
+    fps: f32,
+    /// Columns and rows of the camera's rays
+    #[arg(short, long, value_name = "SIZE", default_value = "640x480", value_parser = values::resolution)]
+    resolution: Resolution,
+    /// Builder on both sides
+    #[arg(long, value_name = "NAME", default_value = "")]
+    accel: String,
+    /// Picture of the last kind of clusters by colour, PNG or EXR
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Clusters, common: &Common) -> Result<Exit, Error> {
+    let output = arguments.output.as_ref().map(|path| PictureFile::new(path, false)).transpose()?;
+    let scene = arguments.scene.load(common)?;
+    let request = ClusterRequest {
+        heuristics: arguments.heuristic.clone(),
+        max_counts: arguments.max_count.clone(),
+        times: arguments.frames.iter().map(|frame| values::moment(frame, arguments.fps)).collect(),
+        size: arguments.resolution.size(None).into(),
+        accel: arguments.accel.clone(),
+    };
+    let picture = measure_clusters(&scene, &request, |figures| {
+        println!("{}", line(arguments, figures, request.times.len()));
+    })?;
+    if let Some(output) = output {
+        output.write(&picture, &PngOptions::default())?;
+    }
+    Ok(Exit::Done)
+}
+
+fn line(arguments: &Clusters, figures: &ClusterFigures, frames: usize) -> serde_json::Value {
+    json!({
+        "bench": "clusters",
+        "sequence": arguments.scene.shown(),
+        "heuristic": figures.config.heuristic.name(),
+        "accel": arguments.accel,
+        "max_count": figures.config.max_count,
+        "clusters": figures.clusters,
+        "triangles": figures.triangles,
+        "frames": frames,
+        "made_ms": figures.made_ms,
+        "build_ms": figures.build_ms,
+        "build_ms_without": figures.build_ms_without,
+        "trace_ratio": figures.trace_ratio,
+        "trace_ratio_default": figures.trace_ratio_default,
+        "same_hits": figures.same_hits,
+        "threads": rayon::current_num_threads(),
+    })
+}

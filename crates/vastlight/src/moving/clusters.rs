@@ -1,0 +1,205 @@
+//! Trees over precomputed clusters beside trees over all triangles, of a scene that moves.
+
+use super::{REPEATS, error, rays};
+use crate::{CameraChoice, Error};
+use rayon::prelude::*;
+use std::sync::Arc;
+use vastlight_accel::ClusterConfig;
+use vastlight_accel::cluster::Heuristic;
+use vastlight_film::Picture;
+use vastlight_math::{Ray, Sampler, Vec3, rng};
+use vastlight_scene::{Motion, Scene};
+use vastlight_trace::bench::trace;
+use vastlight_trace::sort::SortRays;
+use vastlight_trace::{Hit, Tracer, TracerConfig, UpdateMethod};
+use vastlight_transport::{CameraRays, RenderSettings};
+
+/// What to measure.
+#[derive(Clone, Debug)]
+pub struct ClusterRequest {
+    /// What clusters should look like, each with each of `max_counts`.
+    pub heuristics: Vec<Heuristic>,
+    /// About the most vertices of a cluster, and its largest size; see [`ClusterConfig`].
+    pub max_counts: Vec<u32>,
+    /// Moments, in seconds; clusters are made at the first one.
+    pub times: Vec<f32>,
+    /// Columns and rows of the camera's rays; as many bounce from what they hit.
+    pub size: [u32; 2],
+    /// Builder on both sides; empty for the default.
+    pub accel: String,
+}
+
+/// What clusters of one kind gave, as means over the moments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClusterFigures {
+    /// How the clusters were made.
+    pub config: ClusterConfig,
+    /// Clusters, and the triangles that are in them, of all meshes that move.
+    pub clusters: usize,
+    /// Triangles of these meshes.
+    pub triangles: usize,
+    /// Milliseconds of making them, once.
+    pub made_ms: f64,
+    /// Milliseconds of a moment's trees over clusters, the boxes of clusters included.
+    pub build_ms: f64,
+    /// The same by the same builder over all triangles, none of which is split.
+    pub build_ms_without: f64,
+    /// Rays a second over that tree's.
+    pub trace_ratio: f64,
+    /// Rays a second over those of the default builder with its own choice of splits.
+    pub trace_ratio_default: f64,
+    /// Whether all gave the same hits.
+    pub same_hits: bool,
+}
+
+/// Times that trees of a moment are built; the best counts.
+const TURNS: u32 = 3;
+
+/// Follows a scene that moves with trees over clusters of each kind, and gives what each kind brought; the last kind's
+/// clusters by colour, at the last moment.
+///
+/// # Errors
+/// No mesh deforms, or a moment cannot be had.
+pub fn measure_clusters(
+    scene: &Scene,
+    request: &ClusterRequest,
+    mut each: impl FnMut(&ClusterFigures),
+) -> Result<Picture, Error> {
+    let still =
+        || Error::scene("no mesh of this scene changes its form", "", "clusters are of meshes that do");
+    let motion = scene.motion().cloned().ok_or_else(still)?;
+    let mut last = None;
+    for &heuristic in &request.heuristics {
+        for &most in &request.max_counts {
+            let config =
+                ClusterConfig { heuristic, max_count: most, max_size: most, ..ClusterConfig::DEFAULT };
+            let mut sides = Sides::new(scene, &request.accel, config)?;
+            for &time in &request.times {
+                sides.moment(&motion, time, request.size)?;
+            }
+            each(&sides.figures(config, request.times.len()).ok_or_else(still)?);
+            last = Some(sides);
+        }
+    }
+    last.map_or_else(|| Err(still()), |sides| sides.with().picture(request.size))
+}
+
+/// A scene that is followed in one way.
+struct Side {
+    scene: Scene,
+    tracer: Tracer,
+    made_ms: f64,
+    /// Sums over the moments.
+    build_ms: f64,
+    trace_ms: f64,
+    /// Of the last moment.
+    answer: (u64, u64),
+}
+
+/// With clusters, by the same builder without, and by the default builder.
+struct Sides {
+    all: [Side; 3],
+    same_hits: bool,
+}
+
+impl Sides {
+    fn new(scene: &Scene, accel: &str, clusters: ClusterConfig) -> Result<Self, Error> {
+        let side = |accel: &str, split_budget, clusters| {
+            let config = TracerConfig {
+                accel: accel.to_owned(),
+                split_budget,
+                clusters,
+                update: UpdateMethod::Rebuild,
+                ..TracerConfig::default()
+            };
+            let (scene, tracer) = (scene.clone(), Tracer::new(scene, &config).map_err(error)?);
+            Ok::<_, Error>(Side { scene, tracer, made_ms: 0.0, build_ms: 0.0, trace_ms: 0.0, answer: (0, 0) })
+        };
+        let all = [side(accel, None, Some(clusters))?, side(accel, Some(1.0), None)?, side("", None, None)?];
+        Ok(Self { all, same_hits: true })
+    }
+
+    fn with(&self) -> &Side {
+        &self.all[0]
+    }
+
+    /// Builds and traces a moment on all sides in turn.
+    fn moment(&mut self, motion: &Arc<dyn Motion>, time: f32, size: [u32; 2]) -> Result<(), Error> {
+        let mut best = [f64::INFINITY; 3];
+        for _ in 0..TURNS {
+            for (side, best) in self.all.iter_mut().zip(&mut best) {
+                *best = best.min(side.build(motion, time)?);
+            }
+        }
+        let rays = rays(&self.all[0].scene, &self.all[0].tracer, size)?;
+        for (side, best) in self.all.iter_mut().zip(best) {
+            side.build_ms += best;
+            side.trace(&rays);
+        }
+        self.same_hits &= self.all.iter().all(|side| side.answer == self.all[0].answer);
+        Ok(())
+    }
+
+    /// The means; none where there are no clusters.
+    fn figures(&self, config: ClusterConfig, moments: usize) -> Option<ClusterFigures> {
+        let [with, without, default] = &self.all;
+        let meshes = 0..with.scene.meshes().len() as u32;
+        let of_meshes: Vec<_> = meshes.filter_map(|mesh| with.tracer.clusters(mesh)).collect();
+        let mean = |sum: f64| sum / moments.max(1) as f64;
+        (!of_meshes.is_empty()).then(|| ClusterFigures {
+            config,
+            clusters: of_meshes.iter().map(|clusters| clusters.len()).sum(),
+            triangles: of_meshes.iter().map(|clusters| clusters.of_triangle().len()).sum(),
+            made_ms: with.made_ms,
+            build_ms: mean(with.build_ms),
+            build_ms_without: mean(without.build_ms),
+            trace_ratio: without.trace_ms / with.trace_ms,
+            trace_ratio_default: default.trace_ms / with.trace_ms,
+            same_hits: self.same_hits,
+        })
+    }
+}
+
+impl Side {
+    /// Milliseconds of the trees of a moment.
+    fn build(&mut self, motion: &Arc<dyn Motion>, time: f32) -> Result<f64, Error> {
+        let report = self.tracer.pose(&mut self.scene, motion.pose(time)?)?;
+        self.made_ms += report.meshes.iter().map(|mesh| mesh.clusters_ms).sum::<f64>();
+        Ok(report.meshes.iter().map(|mesh| mesh.ms).sum())
+    }
+
+    fn trace(&mut self, rays: &[Ray]) {
+        let figures = trace(&self.tracer, rays, false, SortRays::Auto, REPEATS);
+        self.trace_ms += rays.len() as f64 / figures.mrays_per_s / 1e3;
+        self.answer = (figures.hits, figures.sum_t.to_bits());
+    }
+
+    /// What the camera sees, each cluster in a colour of its own, lit from the camera.
+    fn picture(&self, [width, height]: [u32; 2]) -> Result<Picture, Error> {
+        let settings = RenderSettings::new(CameraChoice::default().resolve(&self.scene)?, width, height);
+        let camera = CameraRays::new(&settings);
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+        let rays: Vec<Ray> =
+            pixels.map(|pixel| camera.ray(pixel, camera.draw(Sampler::new(pixel, 0, 0)))).collect();
+        let mut hits = vec![Hit::MISS; rays.len()];
+        self.tracer.closest_parallel(&rays, &mut hits);
+        let color = |(ray, hit): (&Ray, &Hit)| if hit.is_hit() { self.color(ray, hit) } else { Vec3::ONE };
+        let pixels: Vec<Vec3> = rays.par_iter().zip(&hits).map(color).collect();
+        let plane = |axis: usize| pixels.iter().map(|color| color[axis]).collect();
+        Ok(Picture::from_rgb(width, height, [plane(0), plane(1), plane(2)]))
+    }
+
+    fn color(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        let instances = self.scene.instances();
+        let mesh = instances.mesh(hit.instance as usize);
+        let clusters = self.tracer.clusters(mesh);
+        let cluster = clusters.and_then(|clusters| clusters.of_triangle().get(hit.prim as usize));
+        let hue = |axis: u32| 0.15 + 0.8 * rng::hash_to_unit(&[mesh, *cluster.unwrap_or(&u32::MAX), axis]);
+        let color = cluster.map_or(Vec3::splat(0.5), |_| Vec3::from([0, 1, 2].map(hue)));
+        let map = &instances.maps()[hit.instance as usize];
+        let corners = self.scene.meshes()[mesh as usize].corners(hit.prim);
+        let [a, b, c] = corners.map(|p| map.transform_point3(p));
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        color * (0.25 + 0.75 * normal.dot(ray.direction.normalize()).abs())
+    }
+}
