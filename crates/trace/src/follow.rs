@@ -100,7 +100,8 @@ impl MovingMesh {
         let ms = milliseconds(start.elapsed()) - clusters_ms;
         let report =
             FollowReport { method: UpdateMethod::Rebuild, ms, clusters_ms, ..FollowReport::default() };
-        Ok((Self { kept, plan: UpdatePlan::new(ms) }, report))
+        let plan = UpdatePlan::new(ms, kept.cost());
+        Ok((Self { kept, plan }, report))
     }
 
     /// Follows the mesh to new vertices; `trace_ms` is what tracing takes until the next ones.
@@ -121,12 +122,14 @@ impl MovingMesh {
                 self.kept.build(mesh, method, building)?;
                 report = FollowReport { method: UpdateMethod::Rebuild, rebuilt: 1.0, ..report };
                 let built_ms = milliseconds(start.elapsed());
-                let decay = before.zip(self.kept.cost()).map_or(1.0, |(old, new)| old / new);
-                self.plan.built(built_ms, decay, trace_ms);
+                self.plan.built(built_ms, [before, self.kept.cost()], trace_ms);
             }
         }
+        if method == UpdateMethod::Auto {
+            let updated_ms = milliseconds(start.elapsed());
+            self.plan.updated(report.method, updated_ms, self.kept.cost(), trace_ms);
+        }
         report.ms = milliseconds(start.elapsed());
-        self.plan.updated(report.method, report.ms);
         Ok(report)
     }
 
@@ -213,11 +216,11 @@ impl Kept {
         }
     }
 
-    /// The expected cost of a ray, where it is known.
-    fn cost(&self) -> Option<f64> {
+    /// The expected cost of a ray; 1 where only new trees come into question.
+    fn cost(&self) -> f64 {
         match self {
-            Self::Bvh(_) | Self::Clusters(_) => None,
-            Self::Dynamic(mesh) => Some(mesh.cost()),
+            Self::Bvh(_) | Self::Clusters(_) => 1.0,
+            Self::Dynamic(mesh) => mesh.cost(),
         }
     }
 }
@@ -228,6 +231,9 @@ impl Kept {
 /// `T`, a build `B` more than an update, builds every `n` moments cost `B / n + T * slope * n / 2` a moment, which is least
 /// at `n = sqrt(2 B / (T * slope))`. Times and slopes are measured: the cost of the old tree is compared with that of the
 /// new one whenever one is built. Both ways to update are tried, the better one stays until the other promises a tenth less.
+///
+/// What was slow may burst: as soon as the loss of a moment, by the tree's cost beside that when it was built, is larger than what
+/// builds and losses cost a moment so far, it is built (for a steady slope the same rule).
 #[derive(Clone, Copy, Debug)]
 struct UpdatePlan {
     build_ms: f64,
@@ -239,6 +245,11 @@ struct UpdatePlan {
     period: u32,
     /// Builds that followed each other.
     builds: u32,
+    /// The tree's cost when it was built, and after the last update as a multiple of it.
+    fresh_cost: f64,
+    decay: f64,
+    /// What rays lost since then, in milliseconds.
+    lost_ms: f64,
 }
 
 /// What is known of a way to update.
@@ -258,10 +269,20 @@ const LONGEST_PERIOD: u32 = 128;
 const MOST_BUILDS: u32 = 64;
 
 impl UpdatePlan {
-    fn new(build_ms: f64) -> Self {
+    fn new(build_ms: f64, fresh_cost: f64) -> Self {
         let ways = [UpdateMethod::Clustered, UpdateMethod::Refit];
         let ways = ways.map(|method| Way { method, ms: 0.0, slope: None });
-        Self { build_ms, ways, way: 0, updates: 0, period: FIRST_PERIOD, builds: 0 }
+        Self {
+            build_ms,
+            ways,
+            way: 0,
+            updates: 0,
+            period: FIRST_PERIOD,
+            builds: 0,
+            fresh_cost,
+            decay: 1.0,
+            lost_ms: 0.0,
+        }
     }
 
     /// What to do at the next moment.
@@ -269,23 +290,30 @@ impl UpdatePlan {
         if self.updates >= self.period { UpdateMethod::Rebuild } else { self.ways[self.way].method }
     }
 
-    /// An update took so long.
-    fn updated(&mut self, method: UpdateMethod, ms: f64) {
-        if let Some(way) = self.ways.iter_mut().find(|way| way.method == method) {
-            way.ms = if way.ms == 0.0 { ms } else { 0.75 * way.ms + 0.25 * ms };
-            self.updates += 1;
-            self.builds = 0;
+    /// An update took so long, and left a tree of this cost. Tracing took `trace_ms` before.
+    fn updated(&mut self, method: UpdateMethod, ms: f64, cost: f64, trace_ms: f64) {
+        let Some(way) = self.ways.iter_mut().find(|way| way.method == method) else { return };
+        way.ms = if way.ms == 0.0 { ms } else { 0.75 * way.ms + 0.25 * ms };
+        self.updates += 1;
+        self.builds = 0;
+        let fresh_ms = trace_ms / self.decay;
+        self.decay = (cost / self.fresh_cost).max(1.0);
+        let loss = fresh_ms * (self.decay - 1.0);
+        self.lost_ms += loss;
+        if loss > (self.build_ms + self.lost_ms) / f64::from(self.updates) {
+            self.period = self.updates;
         }
     }
 
-    /// A tree was built, and rays over the old one cost `decay` times as much.
-    fn built(&mut self, ms: f64, decay: f64, trace_ms: f64) {
+    /// A tree was built; its cost, after that of the old one.
+    fn built(&mut self, ms: f64, [old, new]: [f64; 2], trace_ms: f64) {
         self.build_ms = ms;
         if self.updates > 0 {
-            let slope = ((decay - 1.0) / f64::from(self.updates)).max(0.0);
+            let slope = ((old / new - 1.0) / f64::from(self.updates)).max(0.0);
             let known = &mut self.ways[self.way].slope;
             *known = Some(known.map_or(slope, |old| 0.5 * (old + slope)));
         }
+        (self.fresh_cost, self.decay, self.lost_ms) = (new, 1.0, 0.0);
         self.updates = 0;
         let untried = self.ways.iter().position(|way| way.slope.is_none());
         if let Some(untried) = untried {
@@ -317,23 +345,33 @@ mod tests {
     use super::*;
 
     /// Moments of a mesh whose rays get dearer by these slopes, clustered and refitted; gives what was done and the loss.
-    fn run(slopes: [f64; 2], [update, refit, build, trace]: [f64; 4], moments: u32) -> ([u32; 3], f64) {
-        let mut plan = UpdatePlan::new(build);
+    fn run(slopes: [f64; 2], times: [f64; 4], moments: u32) -> ([u32; 3], f64) {
+        run_through(|_| slopes, times, moments)
+    }
+
+    /// The same with slopes of each moment.
+    fn run_through(
+        slopes: impl Fn(u32) -> [f64; 2],
+        [update, refit, build, trace]: [f64; 4],
+        moments: u32,
+    ) -> ([u32; 3], f64) {
+        let mut plan = UpdatePlan::new(build, 20.0);
         let (mut done, mut decay, mut total) = ([0; 3], 1.0, 0.0);
-        for _ in 0..moments {
+        for moment in 0..moments {
             let method = plan.choose();
             let (i, ms) = match method {
                 UpdateMethod::Clustered => (0, update),
                 UpdateMethod::Refit => (1, refit),
                 _ => (2, build),
             };
+            let told = trace * decay;
             if i == 2 {
-                plan.built(build, decay, trace);
+                plan.built(build, [20.0 * decay, 20.0], told);
                 decay = 1.0;
             } else {
-                decay += slopes[i];
+                decay += slopes(moment)[i];
             }
-            plan.updated(method, ms);
+            plan.updated(method, ms, 20.0 * decay, told);
             done[i] += 1;
             total += ms + trace * decay;
         }
@@ -351,6 +389,21 @@ mod tests {
         // Tracing takes so long that nothing but fresh trees will do.
         let (done, _) = run([0.02, 0.1], [5.0, 2.0, 30.0, 20_000.0], 500);
         assert!(done[2] > 230, "{done:?}");
+    }
+
+    #[test]
+    fn what_bursts_after_a_long_rest_is_noticed() {
+        for trace in [10.0, 60.0, 600.0] {
+            for burst in [20, 75, 140] {
+                let slopes = |moment: u32| if moment < burst { [0.0, 0.0] } else { [0.002, 0.5] };
+                let (_, total) = run_through(slopes, [6.0, 2.5, 15.0, trace], 300);
+                let moving = f64::from(300 - burst);
+                let always =
+                    |ms: f64, slope: f64| 300.0 * (ms + trace) + trace * slope * 0.5 * moving * moving;
+                let best = always(6.0, 0.002).min(always(2.5, 0.5)).min(always(15.0, 0.0));
+                assert!(total < 1.06 * best, "{trace} {burst}: {total} against {best}");
+            }
+        }
     }
 
     #[test]

@@ -49,7 +49,8 @@ pub use input::PackInput;
 pub use load::{LoadOptions, describe, load, pack_input, stream};
 pub use memory::{MemoryEstimate, default_budget_bytes, human_bytes, parse_bytes, peak_rss_bytes};
 pub use moving::{
-    ClusterFigures, ClusterRequest, MovingFigures, MovingRequest, measure_clusters, measure_moving,
+    ClusterFigures, ClusterMoment, ClusterRequest, MovingFigures, MovingRequest, measure_clusters,
+    measure_moving,
 };
 pub use ooc::{OocFigures, measure_ooc};
 pub use open::{OpenScene, is_store, open, open_store};

@@ -29,27 +29,43 @@ pub struct ClusterRequest {
     pub accel: String,
 }
 
-/// What clusters of one kind gave, as means over the moments.
+/// What clusters of one kind gave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClusterFigures {
     /// How the clusters were made.
     pub config: ClusterConfig,
-    /// Clusters, and the triangles that are in them, of all meshes that move.
+    /// Clusters of all meshes that move.
     pub clusters: usize,
     /// Triangles of these meshes.
     pub triangles: usize,
     /// Milliseconds of making them, once.
     pub made_ms: f64,
-    /// Milliseconds of a moment's trees over clusters, the boxes of clusters included.
-    pub build_ms: f64,
-    /// The same by the same builder over all triangles, none of which is split.
-    pub build_ms_without: f64,
-    /// Rays a second over that tree's.
-    pub trace_ratio: f64,
-    /// Rays a second over those of the default builder with its own choice of splits.
-    pub trace_ratio_default: f64,
-    /// Whether all gave the same hits.
+    /// The moments.
+    pub moments: Vec<ClusterMoment>,
+    /// Whether all trees gave the same hits.
     pub same_hits: bool,
+}
+
+/// Trees of a moment: over clusters, by the same builder over all triangles, none of which is split, and by the default builder with its
+/// own choice of splits.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClusterMoment {
+    /// Milliseconds of building each; the boxes of clusters are included.
+    pub build_ms: [f64; 3],
+    /// Milliseconds of the same rays through each.
+    pub trace_ms: [f64; 3],
+}
+
+impl ClusterFigures {
+    /// The means over the moments.
+    #[must_use]
+    pub fn mean(&self) -> ClusterMoment {
+        let count = self.moments.len().max(1) as f64;
+        let mean = |of: fn(&ClusterMoment) -> [f64; 3]| {
+            [0, 1, 2].map(|side| self.moments.iter().map(|m| of(m)[side]).sum::<f64>() / count)
+        };
+        ClusterMoment { build_ms: mean(|m| m.build_ms), trace_ms: mean(|m| m.trace_ms) }
+    }
 }
 
 /// Times that trees of a moment are built; the best counts.
@@ -77,7 +93,7 @@ pub fn measure_clusters(
             for &time in &request.times {
                 sides.moment(&motion, time, request.size)?;
             }
-            each(&sides.figures(config, request.times.len()).ok_or_else(still)?);
+            each(&sides.figures(config).ok_or_else(still)?);
             last = Some(sides);
         }
     }
@@ -89,16 +105,12 @@ struct Side {
     scene: Scene,
     tracer: Tracer,
     made_ms: f64,
-    /// Sums over the moments.
-    build_ms: f64,
-    trace_ms: f64,
-    /// Of the last moment.
-    answer: (u64, u64),
 }
 
 /// With clusters, by the same builder without, and by the default builder.
 struct Sides {
     all: [Side; 3],
+    moments: Vec<ClusterMoment>,
     same_hits: bool,
 }
 
@@ -113,10 +125,10 @@ impl Sides {
                 ..TracerConfig::default()
             };
             let (scene, tracer) = (scene.clone(), Tracer::new(scene, &config).map_err(error)?);
-            Ok::<_, Error>(Side { scene, tracer, made_ms: 0.0, build_ms: 0.0, trace_ms: 0.0, answer: (0, 0) })
+            Ok::<_, Error>(Side { scene, tracer, made_ms: 0.0 })
         };
         let all = [side(accel, None, Some(clusters))?, side(accel, Some(1.0), None)?, side("", None, None)?];
-        Ok(Self { all, same_hits: true })
+        Ok(Self { all, moments: Vec::new(), same_hits: true })
     }
 
     fn with(&self) -> &Side {
@@ -125,36 +137,33 @@ impl Sides {
 
     /// Builds and traces a moment on all sides in turn.
     fn moment(&mut self, motion: &Arc<dyn Motion>, time: f32, size: [u32; 2]) -> Result<(), Error> {
-        let mut best = [f64::INFINITY; 3];
+        let mut build_ms = [f64::INFINITY; 3];
         for _ in 0..TURNS {
-            for (side, best) in self.all.iter_mut().zip(&mut best) {
+            for (side, best) in self.all.iter_mut().zip(&mut build_ms) {
                 *best = best.min(side.build(motion, time)?);
             }
         }
         let rays = rays(&self.all[0].scene, &self.all[0].tracer, size)?;
-        for (side, best) in self.all.iter_mut().zip(best) {
-            side.build_ms += best;
-            side.trace(&rays);
-        }
-        self.same_hits &= self.all.iter().all(|side| side.answer == self.all[0].answer);
+        let figures =
+            self.all.each_ref().map(|side| trace(&side.tracer, &rays, false, SortRays::Auto, REPEATS));
+        let trace_ms = figures.each_ref().map(|figures| rays.len() as f64 / figures.mrays_per_s / 1e3);
+        let [first, others @ ..] = figures.map(|figures| (figures.hits, figures.sum_t.to_bits()));
+        self.same_hits &= others.iter().all(|other| *other == first);
+        self.moments.push(ClusterMoment { build_ms, trace_ms });
         Ok(())
     }
 
-    /// The means; none where there are no clusters.
-    fn figures(&self, config: ClusterConfig, moments: usize) -> Option<ClusterFigures> {
-        let [with, without, default] = &self.all;
+    /// What was measured; none where there are no clusters.
+    fn figures(&self, config: ClusterConfig) -> Option<ClusterFigures> {
+        let with = self.with();
         let meshes = 0..with.scene.meshes().len() as u32;
         let of_meshes: Vec<_> = meshes.filter_map(|mesh| with.tracer.clusters(mesh)).collect();
-        let mean = |sum: f64| sum / moments.max(1) as f64;
         (!of_meshes.is_empty()).then(|| ClusterFigures {
             config,
             clusters: of_meshes.iter().map(|clusters| clusters.len()).sum(),
             triangles: of_meshes.iter().map(|clusters| clusters.of_triangle().len()).sum(),
             made_ms: with.made_ms,
-            build_ms: mean(with.build_ms),
-            build_ms_without: mean(without.build_ms),
-            trace_ratio: without.trace_ms / with.trace_ms,
-            trace_ratio_default: default.trace_ms / with.trace_ms,
+            moments: self.moments.clone(),
             same_hits: self.same_hits,
         })
     }
@@ -166,12 +175,6 @@ impl Side {
         let report = self.tracer.pose(&mut self.scene, motion.pose(time)?)?;
         self.made_ms += report.meshes.iter().map(|mesh| mesh.clusters_ms).sum::<f64>();
         Ok(report.meshes.iter().map(|mesh| mesh.ms).sum())
-    }
-
-    fn trace(&mut self, rays: &[Ray]) {
-        let figures = trace(&self.tracer, rays, false, SortRays::Auto, REPEATS);
-        self.trace_ms += rays.len() as f64 / figures.mrays_per_s / 1e3;
-        self.answer = (figures.hits, figures.sum_t.to_bits());
     }
 
     /// What the camera sees, each cluster in a colour of its own, lit from the camera.

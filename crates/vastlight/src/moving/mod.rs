@@ -14,7 +14,7 @@ use vastlight_trace::sort::SortRays;
 use vastlight_trace::{Hit, TraceError, Tracer, TracerConfig, UpdateMethod};
 use vastlight_transport::{CameraRays, RenderSettings};
 
-pub use clusters::{ClusterFigures, ClusterRequest, measure_clusters};
+pub use clusters::{ClusterFigures, ClusterMoment, ClusterRequest, measure_clusters};
 
 /// What to measure.
 #[derive(Clone, Debug)]

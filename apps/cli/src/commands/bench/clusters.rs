@@ -9,7 +9,7 @@ use serde_json::json;
 use std::path::PathBuf;
 use vastlight::accel::cluster::Heuristic;
 use vastlight::film::PngOptions;
-use vastlight::{ClusterFigures, ClusterRequest, Error, measure_clusters};
+use vastlight::{ClusterFigures, ClusterMoment, ClusterRequest, Error, measure_clusters};
 
 /// Build trees over precomputed clusters of meshes that deform, beside trees over all triangles
 #[derive(Args, Debug)]
@@ -50,7 +50,7 @@ pub(crate) fn run(arguments: &Clusters, common: &Common) -> Result<Exit, Error> 
         accel: arguments.accel.clone(),
     };
     let picture = measure_clusters(&scene, &request, |figures| {
-        println!("{}", line(arguments, figures, request.times.len()));
+        println!("{}", line(arguments, figures));
     })?;
     if let Some(output) = output {
         output.write(&picture, &PngOptions::default())?;
@@ -58,7 +58,9 @@ pub(crate) fn run(arguments: &Clusters, common: &Common) -> Result<Exit, Error> 
     Ok(Exit::Done)
 }
 
-fn line(arguments: &Clusters, figures: &ClusterFigures, frames: usize) -> serde_json::Value {
+fn line(arguments: &Clusters, figures: &ClusterFigures) -> serde_json::Value {
+    let mean = figures.mean();
+    let of_frames = |of: fn(&ClusterMoment) -> f64| figures.moments.iter().map(of).collect::<Vec<_>>();
     json!({
         "bench": "clusters",
         "sequence": arguments.scene.shown(),
@@ -67,12 +69,17 @@ fn line(arguments: &Clusters, figures: &ClusterFigures, frames: usize) -> serde_
         "max_count": figures.config.max_count,
         "clusters": figures.clusters,
         "triangles": figures.triangles,
-        "frames": frames,
         "made_ms": figures.made_ms,
-        "build_ms": figures.build_ms,
-        "build_ms_without": figures.build_ms_without,
-        "trace_ratio": figures.trace_ratio,
-        "trace_ratio_default": figures.trace_ratio_default,
+        "build_ms": mean.build_ms[0],
+        "build_ms_without": mean.build_ms[1],
+        "build_ms_default": mean.build_ms[2],
+        "trace_ms": mean.trace_ms[0],
+        "trace_ratio": mean.trace_ms[1] / mean.trace_ms[0],
+        "trace_ratio_default": mean.trace_ms[2] / mean.trace_ms[0],
+        "frames": figures.moments.len(),
+        "frame_build_ms": of_frames(|m| m.build_ms[0]),
+        "frame_trace_ms": of_frames(|m| m.trace_ms[0]),
+        "frame_trace_ratio": of_frames(|m| m.trace_ms[1] / m.trace_ms[0]),
         "same_hits": figures.same_hits,
         "threads": rayon::current_num_threads(),
     })
