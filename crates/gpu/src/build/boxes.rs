@@ -43,11 +43,15 @@ pub fn boxes(positions: &[Vec3], triangles: &[[u32; 3]]) -> Vec<u32> {
         }
         None => box_words(&everything),
     };
-    let join = |a: [u32; 6], b: [u32; 6]| -> [u32; 6] {
-        std::array::from_fn(|i| if i < 3 { a[i].min(b[i]) } else { a[i].max(b[i]) })
-    };
-    let empty = [u32::MAX, u32::MAX, u32::MAX, 0, 0, 0];
-    triangles.iter().flat_map(|triangle| triangle.iter().map(corner).fold(empty, join)).collect()
+    triangles.iter().flat_map(|triangle| triangle.iter().map(corner).fold(EMPTY, join)).collect()
+}
+
+/// The words of the box that contains nothing.
+pub(super) const EMPTY: [u32; 6] = [u32::MAX, u32::MAX, u32::MAX, 0, 0, 0];
+
+/// The smallest box around both.
+pub(super) fn join(a: [u32; 6], b: [u32; 6]) -> [u32; 6] {
+    std::array::from_fn(|i| if i < 3 { a[i].min(b[i]) } else { a[i].max(b[i]) })
 }
 
 /// Records the boxes of `count` triangles: three words of `triangles` each, which name vertices of three words. The answer

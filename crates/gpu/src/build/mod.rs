@@ -4,6 +4,7 @@
 //! What finds the splits is a builder; the numbers and boxes of nodes follow for all alike.
 
 pub mod boxes;
+pub mod clusters;
 pub mod codes;
 mod count;
 mod grid;
@@ -31,8 +32,9 @@ pub const NODE_WORDS: u64 = 9;
 pub const MAX_ELEMENTS: u32 = WORKGROUPS_PER_AXIS / 2 * GROUP;
 
 /// Every kernel of this module.
-pub(crate) static KERNELS: [&Kernel; 22] = [
+pub(crate) static KERNELS: [&Kernel; 23] = [
     &boxes::BOXES,
+    &clusters::CLUSTERS,
     &codes::EXTENTS,
     &codes::CODES,
     &parts::WANTED,

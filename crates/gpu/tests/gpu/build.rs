@@ -5,8 +5,11 @@ use crate::common::software;
 use crate::trace::{alone, closest as closest_hits, rays, same, sheet, soup, tracer};
 use std::collections::BTreeMap;
 use vastlight_accel::wide::{Block8, Boxes, MeshBvh, MeshView, Node8, validate_nodes};
-use vastlight_accel::{BinaryTree, BuildConfig, Node, Reference, Report, Scratch, Violation, validate};
+use vastlight_accel::{
+    BinaryTree, BuildConfig, ClusterConfig, Clusters, Node, Reference, Report, Scratch, Violation, validate,
+};
 use vastlight_gpu::build::boxes::{box_words, boxes};
+use vastlight_gpu::build::clusters::{DeviceClusters, cluster_boxes};
 use vastlight_gpu::build::codes::{Rounding, codes};
 use vastlight_gpu::build::hlbvh2;
 use vastlight_gpu::build::regions::{self, CellTree};
@@ -366,6 +369,53 @@ fn boxes_of_triangles_are_those_of_the_cpu() {
             let corners = triangle.map(|i| positions[i as usize]);
             if corners.iter().all(|p| p.is_finite() && p.abs().max_element() < 1e30) {
                 assert_eq!(found, box_words(&Aabb::from_points(corners)));
+            }
+        }
+    }
+}
+
+/// A sheet of triangles that waves in time.
+fn waving(side: u32, time: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let vertex = |i: u32| {
+        let (x, y) = ((i % side) as f32, (i / side) as f32);
+        Vec3::new(x, y, 3.0 * (0.3 * x + time).sin() * (0.2 * y - time).cos())
+    };
+    let corners = (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| y * side + x));
+    let triangles = corners.flat_map(|a| [[a, a + 1, a + side], [a + 1, a + side + 1, a + side]]);
+    ((0..side * side).map(vertex).collect(), triangles.collect())
+}
+
+#[test]
+fn trees_over_clusters_are_those_of_the_cpu() {
+    let Some(mut executor) = software() else { return };
+    let (first, triangles) = waving(90, 0.0);
+    let mesh = MeshView { positions: &first, triangles: &triangles };
+    let clusters =
+        Clusters::new(&mesh, &ClusterConfig { max_count: 20, max_size: 20, ..ClusterConfig::DEFAULT });
+    let count = triangles.len() as u32;
+    assert!((count / 40..count / 5).contains(&(clusters.len() as u32)));
+    let mut before = None;
+    for time in [0.0, 1.0] {
+        let positions = waving(90, time).0;
+        for (name, builder) in Builder::ALL {
+            let mut recording = Recording::new();
+            let mesh = [recording.upload("positions", &positions), recording.upload("triangles", &triangles)];
+            let [first, order] = build::clusters::words(&clusters).map(|w| recording.upload("clusters", &w));
+            let on_device = DeviceClusters { first, order, count: clusters.len() as u32 };
+            let tree =
+                build::clusters::record(&mut recording, builder, mesh, (count, &on_device), &mut Vec::new());
+            let downloads = Downloads::new(&mut recording, &tree.expect("few"));
+            let tree = downloads.tree(&executor.run(&recording).expect("runs"));
+            let corners = |&t: &u32| triangles[t as usize].map(|i| positions[i as usize]);
+            let around = |i| Aabb::from_points(clusters.triangles(i).iter().flat_map(corners));
+            let whole: Vec<Aabb> = (0..clusters.len() as u32).map(around).collect();
+            let of_words = cluster_boxes(&clusters, &boxes(&positions, &triangles));
+            assert!(of_words == words(&whole));
+            validate(&tree, &whole, 1).unwrap_or_else(|e| panic!("{name} at {time}: {e}"));
+            let expected = expected(name, &whole, 1);
+            assert!(tree.nodes == expected.nodes && tree.prims == expected.prims, "{name} at {time}");
+            if builder == Builder::Morton {
+                assert!(before.replace(tree.nodes.clone()).is_none_or(|before| before != tree.nodes));
             }
         }
     }
