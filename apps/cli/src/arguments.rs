@@ -180,6 +180,11 @@ impl SceneArguments {
         vastlight::is_store(&self.scene)
     }
 
+    /// The moment that was asked for.
+    pub(crate) fn time(&self) -> Option<f32> {
+        self.time
+    }
+
     /// The scene as it was named.
     pub(crate) fn name(&self) -> &str {
         &self.scene

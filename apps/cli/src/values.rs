@@ -108,6 +108,12 @@ pub(crate) fn sun(text: &str) -> Result<[f32; 2], String> {
     }
 }
 
+/// A part of a frame's time for which a shutter is open.
+pub(crate) fn shutter(text: &str) -> Result<f32, String> {
+    let [part] = numbers(text, "a part of a frame's time, such as 0.5")?;
+    if (0.0..=100.0).contains(&part) { Ok(part) } else { Err("between 0 and 100 frames".into()) }
+}
+
 /// An angle of view in degrees.
 pub(crate) fn field_of_view(text: &str) -> Result<f32, String> {
     let [degrees] = numbers(text, "an angle in degrees")?;

@@ -7,6 +7,7 @@
 //! [`real`] module has polynomials of our own. Fused multiply-add is never used implicitly.
 
 mod aabb;
+mod between;
 mod frame;
 pub mod lanes;
 mod ray;
@@ -18,6 +19,7 @@ pub mod stats;
 pub mod warp;
 
 pub use aabb::Aabb;
+pub use between::Between;
 pub use frame::Frame;
 pub use glam::{self, Affine3, Mat3, Mat4, Quat, Vec2, Vec3, Vec4};
 pub use ray::Ray;

@@ -4,7 +4,7 @@ use crate::tangents::{self, tangent_sets};
 use crate::world::WorldBounds;
 use crate::{
     Camera, Diagnostic, Diagnostics, Environment, Image, Instance, Instances, Lattice, Light, Material, Mesh,
-    Motion, Part, Pose, SceneDesc, SceneError, Sky, Texture,
+    Motion, Part, Pose, SceneDesc, SceneError, Shutter, Sky, Texture,
 };
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -24,6 +24,8 @@ pub struct Scene {
     numbers: Vec<u32>,
     /// In scenes that move, meshes as they were described of which preparation changes more than vertices.
     described: BTreeMap<u32, Mesh>,
+    /// What moves on from here, where a shutter is open.
+    shutter: Option<Arc<Shutter>>,
 }
 
 /// What a moment made of the one before.
@@ -133,7 +135,7 @@ impl Scene {
     /// Gives what moves the places and the vertices of a moment: the scene is then the one that [`Scene::new`] makes of
     /// [`SceneDesc::at`], but for a camera that it added.
     ///
-    /// The table of instances is changed in place where nobody else keeps it ([`Scene::shared_instances`]).
+    /// The table of instances is changed in place where nobody else keeps it ([`Scene::shared_instances`]). A shutter is closed.
     ///
     /// # Errors
     /// The pose does not fit; then nothing is changed.
@@ -163,7 +165,19 @@ impl Scene {
         )?;
         let change = Change { meshes, instances };
         self.bounds.update(&self.instances, &self.extents, &change);
+        self.shutter = None;
         Ok(change)
+    }
+
+    /// What moves while the shutter is open, if it is: see [`Scene::open_shutter`].
+    #[inline]
+    #[must_use]
+    pub fn shutter(&self) -> Option<&Arc<Shutter>> {
+        self.shutter.as_ref()
+    }
+
+    pub(crate) fn set_shutter(&mut self, shutter: Option<Arc<Shutter>>) {
+        self.shutter = shutter;
     }
 
     /// A scene whose meshes went through [`MeshPreparation`] and of which some are elsewhere: those have names and parts
@@ -205,6 +219,7 @@ impl Scene {
             extents,
             numbers: Vec::new(),
             described: BTreeMap::new(),
+            shutter: None,
         }
     }
 

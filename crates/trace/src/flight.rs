@@ -7,11 +7,11 @@ use crate::judge::Judge;
 use crate::mesh::Leaves;
 use crate::paged::{Begin, End, Missing, Turn};
 use crate::reach::{Meeting, Reach, meet};
-use crate::tree::{OverBlocks, OverPages, Subtree, Tree, Visitor};
+use crate::tree::{AtMoment, OverBlocks, OverPages, Subtree, Tree, Visitor};
 use crate::{Hit, Tracer};
 use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
 use vastlight_accel::wide::traverse::{Entry, InstanceMemory, Memory, Prefetch, RayLanes, Waiting};
-use vastlight_accel::wide::{Block8, CellWalk, ChildRef, InstanceNode, Leaf, Node8};
+use vastlight_accel::wide::{Block8, CellWalk, ChildRef, InstanceNode, Leaf, MeshKeys, Node8};
 use vastlight_math::Ray;
 use vastlight_paging::Table;
 use vastlight_simd::Simd8;
@@ -158,7 +158,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         true
     }
 
-    /// One step; false at the end of the way. With `ALONE` no other flight takes turns.
+    /// One step; false at the end of the way. With `ALONE` no other flight takes turns: so must rays where vertices move.
     #[inline(always)]
     pub(crate) fn step<F: Judge, const ANY: bool, const ALONE: bool>(&mut self, simd: S, filter: &F) -> bool {
         self.steps += 1;
@@ -203,7 +203,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         }
     }
 
-    /// The same in a mesh.
+    /// The same in a mesh whose vertices stand still.
     #[inline(always)]
     fn descend_in_mesh<const ALONE: bool, const ANY: bool>(&mut self, simd: S) -> Option<ChildRef> {
         let (stage, place) = (&self.stages[MESH], self.current.index());
@@ -228,6 +228,10 @@ impl<'a, S: Simd8> Flight<'a, S> {
             Leaves::Pages(mesh) => {
                 let pages = self.pages;
                 self.cross::<_, F, ANY>(simd, filter, &OverPages { mesh, pages, memory }, start)
+            }
+            Leaves::Keys(keys) => {
+                let tree = AtMoment::new(keys, keys.between(self.ray.time));
+                self.cross::<_, F, ANY>(simd, filter, &tree, start)
             }
         };
         !(found && ANY) && self.next()
@@ -313,7 +317,13 @@ impl<'a, S: Simd8> Flight<'a, S> {
         };
         let mut room = None;
         // Where numbers overflow, a ray meets the box of a slot without child.
-        let Some(placed) = tracer.places.get(instance, &mut room) else { return false };
+        let Some(mut placed) = tracer.places.get(instance, &mut room) else { return false };
+        let moved;
+        if placed.moves {
+            let Some(at_moment) = tracer.places.moved(instance, self.ray.time) else { return false };
+            moved = at_moment;
+            placed = &moved;
+        }
         let mesh = &tracer.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
@@ -361,7 +371,15 @@ impl<'a, S: Simd8> Flight<'a, S> {
                 let tree = OverPages { mesh, pages: self.pages, memory };
                 tree.visit(simd, &mut Visit::<S, F, ANY> { flight: self, filter }, leaf)
             }
+            Leaves::Keys(keys) => self.meet_moving(simd, filter, (keys, leaf)),
         }
+    }
+
+    /// Tests the triangles of a leaf at the ray's time; whether one was hit.
+    #[inline(always)]
+    fn meet_moving<F: Judge>(&mut self, simd: S, filter: &F, (keys, leaf): (&MeshKeys, usize)) -> bool {
+        let block = keys.block(simd, leaf, &keys.between(self.ray.time));
+        block.is_some_and(|block| self.meet(simd, filter, &block))
     }
 
     /// Tests triangles; whether one was hit.
@@ -411,6 +429,11 @@ impl<S: Simd8, F: Judge, const ANY: bool> Visitor<S> for Visit<'_, '_, S, F, ANY
     #[inline(always)]
     fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool {
         self.flight.meet(simd, self.filter, triangles)
+    }
+
+    #[inline(always)]
+    fn moving(&mut self, simd: S, keys: &MeshKeys, leaf: usize) -> bool {
+        self.flight.meet_moving(simd, self.filter, (keys, leaf))
     }
 
     #[inline(always)]

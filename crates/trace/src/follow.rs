@@ -3,7 +3,7 @@
 use crate::tracer::milliseconds;
 use std::time::Instant;
 use vastlight_accel::update::{DynamicMesh, Method, UpdateConfig, UpdateReport, refit};
-use vastlight_accel::wide::{MeshBvh, MeshView};
+use vastlight_accel::wide::{MeshBvh, MeshKeys, MeshView};
 use vastlight_accel::{BuildConfig, BuildError, ClusterConfig, Clusters, Scratch};
 
 /// How the structure of a mesh follows new vertices. No method changes a hit.
@@ -65,6 +65,8 @@ pub struct FollowReport {
 pub(crate) struct MovingMesh {
     kept: Kept,
     plan: UpdatePlan,
+    /// While a shutter is open: what rays walk instead.
+    keys: Option<MeshKeys>,
 }
 
 #[derive(Debug)]
@@ -101,7 +103,21 @@ impl MovingMesh {
         let report =
             FollowReport { method: UpdateMethod::Rebuild, ms, clusters_ms, ..FollowReport::default() };
         let plan = UpdatePlan::new(ms, kept.cost());
-        Ok((Self { kept, plan }, report))
+        Ok((Self { kept, plan, keys: None }, report))
+    }
+
+    /// A mesh that moves while a shutter is open, over the structure that it had.
+    pub(crate) fn of(bvh: MeshBvh) -> Self {
+        Self { kept: Kept::Bvh(bvh), plan: UpdatePlan::new(0.0, None), keys: None }
+    }
+
+    /// Lets rays see the mesh at keys, of which the last pose was the first.
+    pub(crate) fn open(&mut self, keys: &[MeshView<'_>]) {
+        self.keys = Some(MeshKeys::new(self.bvh(), keys));
+    }
+
+    pub(crate) fn keys(&self) -> Option<&MeshKeys> {
+        self.keys.as_ref()
     }
 
     /// Follows the mesh to new vertices; `trace_ms` is what tracing takes until the next ones.
@@ -113,6 +129,7 @@ impl MovingMesh {
         building: &mut Building<'_>,
     ) -> Result<FollowReport, BuildError> {
         let start = Instant::now();
+        self.keys = None;
         let chosen = if method == UpdateMethod::Auto { self.plan.choose() } else { method };
         let mut report = FollowReport { method: chosen, ..FollowReport::default() };
         match self.kept.update(mesh, chosen) {
@@ -151,11 +168,12 @@ impl MovingMesh {
     }
 
     pub(crate) fn bytes(&self) -> usize {
-        match &self.kept {
+        let kept = match &self.kept {
             Kept::Bvh(bvh) => bvh.bytes(),
             Kept::Dynamic(mesh) => mesh.bytes(),
             Kept::Clusters(kept) => kept.0.bytes() + kept.1.bytes(),
-        }
+        };
+        kept + self.keys.as_ref().map_or(0, MeshKeys::bytes)
     }
 }
 

@@ -41,7 +41,7 @@ impl GridTop {
             let [instance, subtree] = entries[entry as usize];
             match meshes[places.mesh(instance as usize) as usize].leaves() {
                 Leaves::Pages(mesh) => places.part(instance, mesh.roots[subtree as usize].bounds()),
-                Leaves::Blocks(_) => places.bounds(instance),
+                Leaves::Blocks(_) | Leaves::Keys(_) => places.bounds(instance),
             }
         };
         let margin = box_margin((1.0 + FARTHEST) * places.extent, places.margin_factor);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use vastlight_accel::ray::EightRays;
 use vastlight_math::glam::{DAffine3, DMat3, DVec3};
 use vastlight_math::{Aabb, Affine3, Vec3};
-use vastlight_scene::{Instances, Scene, can_be_placed};
+use vastlight_scene::{Instances, Scene, Shutter, can_be_placed};
 use vastlight_simd::Simd8;
 
 /// An instance as rays see it, 56 bytes.
@@ -16,6 +16,8 @@ pub(crate) struct Placed {
     /// Index of the mesh's structure.
     pub(crate) mesh: u32,
     identity: bool,
+    /// Whether the map is that of the moment when a shutter opens: see [`Places::moved`].
+    pub(crate) moves: bool,
 }
 
 /// What placing a mesh needs to know of its structure.
@@ -38,6 +40,9 @@ pub(crate) struct Footprint {
     pub(crate) spread: f32,
 }
 
+/// The footprint of what is not to be seen.
+const NOWHERE: Footprint = Footprint { bounds: Aabb::EMPTY, spread: 1.0 };
+
 impl Placed {
     pub(crate) fn new(world_from_object: &Affine3, mesh: u32, scale: f32) -> Self {
         let inverse = widen(world_from_object).inverse();
@@ -48,7 +53,7 @@ impl Placed {
             [row.x, row.y, row.z, offset[r]].map(|x| (x * scale) as f32)
         });
         let identity = rows == [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
-        Self { rows, mesh, identity }
+        Self { rows, mesh, identity, moves: false }
     }
 
     /// Rows of the map from the world to the mesh's scaled space.
@@ -105,32 +110,79 @@ fn linear<S: Simd8>(s: S, v: &[S::F; 3], row: &[f32; 4]) -> S::F {
 impl Footprint {
     /// Half a unit in the last place of 1.
     const EPSILON: f64 = 1.0 / 16_777_216.0;
+    /// Margin in units of it; what blending a map rounds is in it.
+    const MARGIN: f64 = 100.0;
     /// Beyond this spread, a map is so close to singular that box tests may lose hits of no meaning.
     const MAX_SPREAD: f64 = 16_384.0;
 
     /// The footprint of `mesh` placed by `world_from_object`; an empty box for an empty mesh, and where the map is singular.
     pub(crate) fn new(world_from_object: &Affine3, mesh: &MeshSpace) -> Self {
         if mesh.bounds.is_empty() || !can_be_placed(world_from_object) {
-            return Self { bounds: Aabb::EMPTY, spread: 1.0 };
+            return NOWHERE;
         }
         let map = widen(world_from_object);
-        let absolute = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
         let (there, back) = (absolute(map.matrix3), absolute(map.matrix3.inverse()));
-        let norm = |m: DMat3| (m * DVec3::ONE).max_element();
-        let spread = norm(there * back).clamp(1.0, Self::MAX_SPREAD);
+        Self::with_spread(&map, mesh, norm(there * back))
+    }
+
+    /// The same where the map's spread is known, or a bound of it.
+    fn with_spread(map: &DAffine3, mesh: &MeshSpace, spread: f64) -> Self {
+        let there = absolute(map.matrix3);
+        let spread = spread.clamp(1.0, Self::MAX_SPREAD);
         let scale = 1.0 / f64::from(mesh.scale);
         let (min, max) = (mesh.bounds.min.as_dvec3() * scale, mesh.bounds.max.as_dvec3() * scale);
         let center = map.transform_point3((min + max) * 0.5);
         let reach = there * ((max - min) * 0.5);
         let sources =
             spread * map.translation.abs().max_element() + norm(there) * f64::from(mesh.extent) * scale;
-        let margin = DVec3::splat(96.0 * Self::EPSILON * sources);
+        let margin = DVec3::splat(Self::MARGIN * Self::EPSILON * sources);
         let bounds = Aabb {
             min: (center - reach - margin).to_array().map(round_down).into(),
             max: (center + reach + margin).to_array().map(|x| -round_down(-x)).into(),
         };
         Self { bounds, spread: spread as f32 }
     }
+
+    /// The footprint of `mesh` on a straight way from one map to another, neither of them singular: what is between lies between the
+    /// boxes of the ends, whose margins are those of the largest spread on the way.
+    fn on_way([a, b]: [&Affine3; 2], mesh: &MeshSpace) -> Self {
+        if mesh.bounds.is_empty() {
+            return NOWHERE;
+        }
+        let (a, b) = (widen(a), widen(b));
+        let spread = largest_spread(a.matrix3, b.matrix3, 0);
+        Self::with_spread(&a, mesh, spread).union(Self::with_spread(&b, mesh, spread))
+    }
+}
+
+fn absolute(m: DMat3) -> DMat3 {
+    DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs())
+}
+
+/// Largest sum of a row, of a matrix without negative elements.
+fn norm(m: DMat3) -> f64 {
+    (m * DVec3::ONE).max_element()
+}
+
+/// Halvings of a way after which a bound of its spread is given up.
+const MOST_HALVINGS: u32 = 6;
+
+/// A bound of the spread of all `(1 - w) a + w b`, or infinity: found on the halves of the way where it turns far.
+///
+/// With `e = |a^-1 (b - a)| / 2 < 1`, `|((1 - w) a + w b)^-1| <= |a^-1| / (1 - e)` for `w <= 1/2`; the same from `b` for the rest.
+fn largest_spread(a: DMat3, b: DMat3, halvings: u32) -> f64 {
+    let turn = |from: DMat3, to: DMat3| 0.5 * norm(absolute(from.inverse() * (to - from)));
+    let e = turn(a, b).max(turn(b, a));
+    if e <= 0.5 {
+        let there = norm(absolute(a)).max(norm(absolute(b)));
+        let back = norm(absolute(a.inverse())).max(norm(absolute(b.inverse())));
+        return there * back / (1.0 - e);
+    }
+    if halvings == MOST_HALVINGS {
+        return f64::INFINITY;
+    }
+    let middle = (a + b) * 0.5;
+    largest_spread(a, middle, halvings + 1).max(largest_spread(middle, b, halvings + 1))
 }
 
 impl Footprint {
@@ -139,7 +191,7 @@ impl Footprint {
     }
 }
 
-fn widen(map: &Affine3) -> DAffine3 {
+pub(crate) fn widen(map: &Affine3) -> DAffine3 {
     DAffine3 { matrix3: map.matrix3.as_dmat3(), translation: map.translation.as_dvec3() }
 }
 
@@ -156,6 +208,7 @@ const PART: usize = 512;
 #[derive(Debug)]
 pub(crate) struct Places {
     instances: Arc<Instances>,
+    shutter: Option<Arc<Shutter>>,
     /// By mesh.
     spaces: Vec<MeshSpace>,
     /// All of them where there are at most [`Instances::AT_HAND`], 56 bytes each, or nothing: then maps are inverted whenever a ray
@@ -177,6 +230,7 @@ impl Places {
         let instances = scene.shared_instances();
         let mut places = Self {
             instances,
+            shutter: scene.shutter().cloned(),
             spaces,
             at_hand: Vec::new(),
             parts: Vec::new(),
@@ -201,7 +255,7 @@ impl Places {
 
     /// Places what moved anew: instances that are elsewhere, and all those of meshes with other spaces.
     pub(crate) fn follow(&mut self, scene: &Scene, moved: &[u32], spaces: &[(u32, MeshSpace)]) {
-        self.instances = scene.shared_instances();
+        (self.instances, self.shutter) = (scene.shared_instances(), scene.shutter().cloned());
         for &(mesh, space) in spaces {
             self.spaces[mesh as usize] = space;
         }
@@ -224,13 +278,11 @@ impl Places {
     /// The footprint of a part of the instances.
     fn around(&self, part: usize) -> Footprint {
         let numbers = part * PART..self.len().min((part + 1) * PART);
-        let none = Footprint { bounds: Aabb::EMPTY, spread: 1.0 };
-        numbers.map(|i| self.footprint(i)).fold(none, Footprint::union)
+        numbers.map(|i| self.footprint(i)).fold(NOWHERE, Footprint::union)
     }
 
     fn unite(&mut self) {
-        let none = Footprint { bounds: Aabb::EMPTY, spread: 1.0 };
-        let Footprint { bounds, spread } = self.parts.iter().copied().fold(none, Footprint::union);
+        let Footprint { bounds, spread } = self.parts.iter().copied().fold(NOWHERE, Footprint::union);
         self.world = bounds;
         self.margin_factor = 2.0 * spread;
         self.extent =
@@ -261,12 +313,26 @@ impl Places {
     #[inline(never)]
     fn find(&self, instance: usize) -> Placed {
         let mesh = self.instances.mesh(instance);
-        Placed::new(self.instances.map(instance), mesh, self.spaces[mesh as usize].scale)
+        let moves = self.shutter.as_ref().is_some_and(|s| s.instance(instance as u32).is_some());
+        let placed = Placed::new(self.instances.map(instance), mesh, self.spaces[mesh as usize].scale);
+        Placed { moves, ..placed }
+    }
+
+    /// An instance that moves as a ray of an open shutter's `time` sees it; none where it is not to be seen.
+    #[inline(never)]
+    pub(crate) fn moved(&self, instance: usize, time: f32) -> Option<Placed> {
+        let shutter = self.shutter.as_ref()?;
+        let map = shutter.instance(instance as u32)?.at(&shutter.between(time))?;
+        let mesh = self.instances.mesh(instance);
+        Some(Placed::new(&map, mesh, self.spaces[mesh as usize].scale))
     }
 
     fn footprint(&self, instance: usize) -> Footprint {
         let mesh = &self.spaces[self.instances.mesh(instance) as usize];
-        Footprint::new(self.instances.map(instance), mesh)
+        match self.shutter.as_ref().and_then(|shutter| shutter.instance(instance as u32)) {
+            Some(keys) => keys.ways().map(|way| Footprint::on_way(way, mesh)).fold(NOWHERE, Footprint::union),
+            None => Footprint::new(self.instances.map(instance), mesh),
+        }
     }
 
     /// The box of an instance in the world; empty for an empty mesh.

@@ -5,7 +5,7 @@ use crate::instance::MeshSpace;
 use std::sync::Arc;
 use vastlight_accel::compact::CompactMesh;
 use vastlight_accel::wide::traverse::Memory;
-use vastlight_accel::wide::{Block8, ChildRef, MeshBvh, Node8};
+use vastlight_accel::wide::{Block8, ChildRef, MeshBvh, MeshKeys, MeshView, Node8};
 
 /// How meshes lie in memory. Hits do not depend on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,9 +62,30 @@ enum Kind<'a> {
 pub(crate) enum Leaves<'a> {
     Blocks(&'a [Block8]),
     Pages(&'a CompactMesh),
+    /// The leaves of all nodes, at keys of an open shutter.
+    Keys(&'a MeshKeys),
 }
 
 impl MeshTree {
+    /// Lets rays of an open shutter see the mesh at keys, the first of which it was built for.
+    pub(crate) fn open(&mut self, keys: &[MeshView<'_>]) {
+        if let Self::Wide(bvh) = self {
+            *self = Self::Moving(Box::new(MovingMesh::of(std::mem::take(bvh))));
+        }
+        if let Self::Moving(moving) = self {
+            moving.open(keys);
+        }
+    }
+
+    /// What rays of an open shutter see of a mesh whose vertices move.
+    #[inline(always)]
+    pub(crate) fn keys(&self) -> Option<&MeshKeys> {
+        match self {
+            Self::Moving(m) => m.keys(),
+            _ => None,
+        }
+    }
+
     #[inline(always)]
     fn kind(&self) -> Kind<'_> {
         match self {
@@ -75,6 +96,9 @@ impl MeshTree {
     }
 
     pub(crate) fn space(&self) -> MeshSpace {
+        if let Some(keys) = self.keys() {
+            return MeshSpace { bounds: keys.bounds, extent: keys.extent, scale: keys.scale };
+        }
         match self.kind() {
             Kind::Wide(m) => MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale },
             Kind::Compact(m) => MeshSpace { bounds: m.bounds, extent: m.extent, scale: m.scale },
@@ -126,6 +150,9 @@ impl MeshTree {
     /// What is below these.
     #[inline(always)]
     pub(crate) fn leaves(&self) -> Leaves<'_> {
+        if let Some(keys) = self.keys() {
+            return Leaves::Keys(keys);
+        }
         match self.kind() {
             Kind::Wide(m) => Leaves::Blocks(&m.blocks),
             Kind::Compact(m) => Leaves::Pages(m),

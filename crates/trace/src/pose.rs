@@ -6,7 +6,7 @@ use crate::follow::{Building, FollowReport, MovingMesh};
 use crate::implicit::Implicits;
 use crate::instance::MeshSpace;
 use crate::mesh::MeshTree;
-use crate::tracer::{milliseconds, view};
+use crate::tracer::{milliseconds, open_keys, view};
 use crate::{Layout, TopLevel, TraceError, Tracer};
 use std::time::Instant;
 use vastlight_accel::wide::traverse::stack_entries;
@@ -55,9 +55,27 @@ impl Tracer {
     /// # Errors
     /// The pose does not fit the scene, and both are as before; or a structure cannot be built, and the tracer is of no more use.
     pub fn pose(&mut self, scene: &mut Scene, pose: Pose) -> Result<PoseReport, PoseError> {
+        self.follow(scene, |scene| scene.pose(pose))
+    }
+
+    /// Opens a shutter over poses of the scene, and follows it: see [`Scene::open_shutter`]. Rays then see what moves at their
+    /// [`Ray::time`](vastlight_math::Ray::time), until the scene is posed again.
+    ///
+    /// # Errors
+    /// Those of [`Tracer::pose`]; after any of them tracer and scene are of no more use.
+    pub fn open_shutter(&mut self, scene: &mut Scene, poses: Vec<Pose>) -> Result<PoseReport, PoseError> {
+        self.follow(scene, |scene| scene.open_shutter(poses))
+    }
+
+    /// Lets `place` bring the scene to another moment, and follows it.
+    fn follow(
+        &mut self,
+        scene: &mut Scene,
+        place: impl FnOnce(&mut Scene) -> Result<Change, SceneError>,
+    ) -> Result<PoseReport, PoseError> {
         let start = Instant::now();
         self.places.let_go();
-        let posed = scene.pose(pose);
+        let posed = place(scene);
         let change = match posed {
             Ok(change) => change,
             Err(error) => {
@@ -122,6 +140,8 @@ impl Tracer {
                 }
             });
         }
+        open_keys(scene, &mut self.meshes)?;
+        self.vertices_move = self.meshes.iter().any(|mesh| mesh.keys().is_some());
         Ok(reports)
     }
 

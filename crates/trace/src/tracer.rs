@@ -77,6 +77,9 @@ pub enum TraceError {
     /// A grid over meshes that are not in pages.
     #[error("a grid needs meshes in pages: the compact layout, or a store")]
     Grid,
+    /// A shutter is open, and the structures know but one moment.
+    #[error("{0} know but one moment, and a shutter is open")]
+    Shutter(&'static str),
     /// The structures cannot be handed to a device.
     #[error("the structures cannot be had as words: {0}")]
     Words(&'static str),
@@ -135,6 +138,8 @@ pub struct Tracer {
     /// Room that a ray needs for children that wait.
     pub(crate) stack_entries: usize,
     pub(crate) bundles: bool,
+    /// Whether a shutter is open in which meshes get other vertices.
+    pub(crate) vertices_move: bool,
     /// Once the scene was posed: what moves, in the top level.
     pub(crate) movers: Option<Movers>,
     pub(crate) config: TracerConfig,
@@ -157,6 +162,7 @@ impl Tracer {
             if config.layout != Layout::default() {
                 return Err(TraceError::Layout { accel: kind.name, layout: config.layout.name() });
             }
+            refuse_shutter(scene, "kd-trees")?;
             let tracer = Self::over_kd_trees(scene, kind, config.level.unwrap_or_default())?;
             return Ok(Self { config: config.clone(), ..tracer });
         }
@@ -208,6 +214,7 @@ impl Tracer {
             meshes.push(mesh);
             builds.push(build);
         }
+        open_keys(scene, &mut meshes)?;
         let pages = Table::resident(packed.iter().map(|page: &PackedPage| &page.bytes[..]), SLACK);
         drop(packed);
         let meshes_done = Instant::now();
@@ -231,6 +238,7 @@ impl Tracer {
         };
         tracer.pages = pages;
         tracer.config = config.clone();
+        tracer.vertices_move = tracer.meshes.iter().any(|mesh| mesh.keys().is_some());
         Ok(tracer)
     }
 
@@ -247,6 +255,7 @@ impl Tracer {
         let start = Instant::now();
         let accel = resolve(&config.accel)?;
         let build = BuildConfig { level: config.level.unwrap_or_default(), ..BuildConfig::default() };
+        refuse_shutter(scene, "stores")?;
         let meshes = meshes.into_iter().map(MeshTree::Compact).collect();
         let mut tracer = Self::place(scene, (accel, config.top), meshes, |_| 1.0, &build)?;
         tracer.bundles &= !config.single_rays;
@@ -291,6 +300,7 @@ impl Tracer {
             kd: None,
             implicits: Implicits::new(scene),
             stack_entries,
+            vertices_move: false,
             movers: None,
             config: TracerConfig::default(),
             scratch: Scratch::default(),
@@ -337,6 +347,7 @@ impl Tracer {
             implicits: Implicits::new(scene),
             stack_entries: 0,
             bundles: false,
+            vertices_move: false,
             movers: None,
             config: TracerConfig::default(),
             scratch: Scratch::default(),
@@ -496,6 +507,31 @@ fn laid_out(wide: MeshBvh, mut build: MeshBuild, layout: Layout) -> Result<Built
     let (compact, pages) = CompactMesh::pack(&wide, CompactMesh::SLOT)?;
     build.stages.push(("pack", start.elapsed()));
     Ok((MeshTree::Compact(Arc::new(compact)), build, pages))
+}
+
+/// Refuses structures that know but one moment where a shutter is open and something moves.
+fn refuse_shutter(scene: &Scene, structures: &'static str) -> Result<(), TraceError> {
+    match scene.shutter() {
+        Some(shutter) if !shutter.is_still() => Err(TraceError::Shutter(structures)),
+        _ => Ok(()),
+    }
+}
+
+/// Lets rays of an open shutter see meshes whose vertices move.
+pub(crate) fn open_keys(scene: &Scene, meshes: &mut [MeshTree]) -> Result<(), TraceError> {
+    let Some(shutter) = scene.shutter() else { return Ok(()) };
+    if meshes.iter().any(|mesh| matches!(mesh, MeshTree::Compact(_))) {
+        refuse_shutter(scene, "compact meshes")?;
+    }
+    for (number, keys) in shutter.meshes() {
+        let triangles = &scene.meshes()[number as usize].triangles;
+        let views: Vec<MeshView<'_>> =
+            keys.iter().map(|key| MeshView { positions: &key.positions, triangles }).collect();
+        if !scene.instances().of_mesh(number).is_empty() {
+            meshes[number as usize].open(&views);
+        }
+    }
+    Ok(())
 }
 
 /// The meshes of a scene, none in the place of those that no instance uses.

@@ -2,7 +2,10 @@
 
 use vastlight_accel::compact::{CompactMesh, PackedNode, Page, PageRoot};
 use vastlight_accel::wide::traverse::{Memory, Prefetch};
-use vastlight_accel::wide::{Block8, InstanceNode, InstanceNodes, Leaf, Node8, WideNode};
+use vastlight_accel::wide::{
+    BlendedNode, Block8, InstanceNode, InstanceNodes, Leaf, MeshKeys, Node8, WideNode,
+};
+use vastlight_math::Between;
 use vastlight_paging::Table;
 use vastlight_simd::Simd8;
 
@@ -38,6 +41,8 @@ pub(crate) trait Visitor<S: Simd8> {
     fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool;
     /// Looks for hits in a part of a page; whether there was one.
     fn subtree(&mut self, simd: S, subtree: &Subtree<'_>) -> bool;
+    /// Looks for hits of triangles, each ray at its own time; whether there was one.
+    fn moving(&mut self, simd: S, keys: &MeshKeys, leaf: usize) -> bool;
 }
 
 /// A part of a page.
@@ -90,6 +95,91 @@ impl Tree for OverBlocks<'_> {
     fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
         // Where numbers overflow, a ray meets the box of a slot without child.
         self.blocks.get(leaf).is_some_and(|block| visitor.triangles(simd, block))
+    }
+}
+
+/// A mesh at a moment of an open shutter.
+#[derive(Clone, Copy)]
+pub(crate) struct AtMoment<'a> {
+    keys: &'a MeshKeys,
+    between: Between,
+    memory: Memory,
+}
+
+impl<'a> AtMoment<'a> {
+    #[inline(always)]
+    pub(crate) fn new(keys: &'a MeshKeys, between: Between) -> Self {
+        let (nodes, blocks) = keys.earlier(&between);
+        Self { keys, between, memory: Memory::new(nodes, blocks) }
+    }
+}
+
+impl Nodes for AtMoment<'_> {
+    type Node<'n>
+        = BlendedNode<'n>
+    where
+        Self: 'n;
+
+    #[inline(always)]
+    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<BlendedNode<'_>> {
+        self.keys.node(place, &self.between)
+    }
+}
+
+impl Tree for AtMoment<'_> {
+    type Memory = Memory;
+
+    #[inline(always)]
+    fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    #[inline(always)]
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
+        self.keys
+            .block(simd, leaf, &self.between)
+            .is_some_and(|block| visitor.triangles(simd, &block))
+    }
+}
+
+/// The same mesh for rays of all times.
+#[derive(Clone, Copy)]
+pub(crate) struct AllMoments<'a> {
+    keys: &'a MeshKeys,
+    memory: Memory,
+}
+
+impl<'a> AllMoments<'a> {
+    #[inline(always)]
+    pub(crate) fn new(keys: &'a MeshKeys) -> Self {
+        let (_, blocks) = keys.earlier(&keys.between(0.0));
+        Self { keys, memory: Memory::new(keys.swept(), blocks) }
+    }
+}
+
+impl Nodes for AllMoments<'_> {
+    type Node<'n>
+        = &'n Node8
+    where
+        Self: 'n;
+
+    #[inline(always)]
+    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
+        self.keys.swept().get(place)
+    }
+}
+
+impl Tree for AllMoments<'_> {
+    type Memory = Memory;
+
+    #[inline(always)]
+    fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    #[inline(always)]
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
+        visitor.moving(simd, self.keys, leaf)
     }
 }
 

@@ -111,7 +111,7 @@ impl<F: Judge, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> {
                 } else {
                     self.one_by_one(simd, patch, &mut flights[0])
                 };
-                (span, short) = (SPAN, steps < patch.count * SHORT_WAY);
+                (span, short) = (SPAN, !self.tracer.vertices_move && steps < patch.count * SHORT_WAY);
             }
         }
     }

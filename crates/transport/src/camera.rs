@@ -3,8 +3,9 @@
 use crate::cone::{Cone, PIXEL_PART};
 use crate::pixel_filter::FilterSampler;
 use crate::settings::RenderSettings;
-use vastlight_math::{Affine3, FAR, Ray, Sampler, Vec2, Vec3, real, warp};
-use vastlight_scene::Projection;
+use crate::wavefront::TIME_DIMENSION;
+use vastlight_math::{Affine3, Between, FAR, Ray, Sampler, Vec2, Vec3, real, warp};
+use vastlight_scene::{Camera, Projection};
 
 /// Planes at smaller cosines to a ray are not looked at.
 const EDGE_ON: f32 = 0.05;
@@ -21,6 +22,10 @@ pub struct CameraRays {
     pub(crate) filter: FilterSampler,
     /// Unit viewing direction in world space.
     pub(crate) axis: Vec3,
+    /// Whether rays have a time each.
+    has_shutter: bool,
+    /// Of a camera that moves while the shutter is open: what it is at the shutter's keys.
+    keys: Vec<CameraRays>,
 }
 
 /// The random numbers that a camera ray needs, all in [0, 1).
@@ -38,14 +43,26 @@ impl CameraRays {
     /// Prepares the camera of `settings`.
     #[must_use]
     pub fn new(settings: &RenderSettings) -> Self {
+        let cameras = &settings.camera_keys;
+        let moves = cameras.windows(2).any(|ends| ends[0] != ends[1]);
+        let keys = if moves { &cameras[..] } else { &[] };
+        Self {
+            has_shutter: !cameras.is_empty(),
+            keys: keys.iter().map(|camera| Self::of(camera, settings)).collect(),
+            ..Self::of(&settings.camera, settings)
+        }
+    }
+
+    /// A camera that stands still, with the size and the filter of `settings`.
+    fn of(camera: &Camera, settings: &RenderSettings) -> Self {
         let (width, height) = (settings.width.max(1) as f32, settings.height.max(1) as f32);
-        let projection = settings.camera.projection;
+        let projection = camera.projection;
         let half_height = match projection {
             Projection::Perspective { vertical_fov, .. } => real::tan(vertical_fov.clamp(1e-6, 3.1) * 0.5),
             Projection::Orthographic { half_height } => half_height,
         };
         let half = Vec2::new(half_height * width / height, half_height);
-        let world_from_camera = settings.camera.world_from_camera;
+        let world_from_camera = camera.world_from_camera;
         Self {
             world_from_camera,
             projection,
@@ -53,24 +70,42 @@ impl CameraRays {
             offset: Vec2::new(-half.x, half.y),
             filter: FilterSampler::new(settings.filter),
             axis: world_from_camera.transform_vector3(Vec3::NEG_Z).normalize_or(Vec3::NEG_Z),
+            has_shutter: false,
+            keys: Vec::new(),
         }
     }
 
     /// The random numbers of a ray, from the sampler's first dimensions: filter, lens, time. A camera without a lens draws
-    /// none for it, and as nothing in a scene moves, all rays have the time at which the shutter opens.
+    /// none for it; without an open shutter all rays have time 0.
     #[inline]
     #[must_use]
     pub fn draw(&self, mut sampler: Sampler) -> CameraRandom {
+        let time = if self.has_shutter { sampler.at_dimension(TIME_DIMENSION).next_1d() } else { 0.0 };
         let filter = sampler.next_2d();
         let has_lens =
             matches!(self.projection, Projection::Perspective { lens_radius, .. } if lens_radius > 0.0);
-        CameraRandom { filter, lens: if has_lens { sampler.next_2d() } else { Vec2::ZERO }, time: 0.0 }
+        CameraRandom { filter, lens: if has_lens { sampler.next_2d() } else { Vec2::ZERO }, time }
     }
 
     /// A ray through `pixel` (column, row from the top) with a unit direction in world space.
     #[inline(always)]
     #[must_use]
     pub fn ray(&self, pixel: [u32; 2], random: CameraRandom) -> Ray {
+        if self.keys.is_empty() { self.still_ray(pixel, random) } else { self.moving_ray(pixel, random) }
+    }
+
+    /// The ray of a camera that moves, between those of its keys.
+    #[inline(never)]
+    fn moving_ray(&self, pixel: [u32; 2], random: CameraRandom) -> Ray {
+        let between = Between::new(random.time, self.keys.len());
+        let Some(ends) = between.ends(&self.keys) else { return self.still_ray(pixel, random) };
+        let [a, b] = ends.map(|camera| camera.still_ray(pixel, random));
+        let direction = between.blend(a.direction, b.direction).normalize_or(a.direction);
+        Ray { origin: between.blend(a.origin, b.origin), direction, ..a }
+    }
+
+    #[inline(always)]
+    fn still_ray(&self, pixel: [u32; 2], random: CameraRandom) -> Ray {
         let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
         let plane = (center + self.filter.sample(random.filter)) * self.scale + self.offset;
         let (origin, direction) = match self.projection {
@@ -123,7 +158,17 @@ impl CameraRays {
     #[inline]
     #[must_use]
     pub fn depth(&self, ray: &Ray, t: f32) -> f32 {
-        t * ray.direction.dot(self.axis)
+        t * ray.direction.dot(self.axis_at(ray.time))
+    }
+}
+
+impl CameraRays {
+    /// The viewing axis at a time.
+    #[inline]
+    fn axis_at(&self, time: f32) -> Vec3 {
+        let between = Between::new(time, self.keys.len());
+        let blended = |[a, b]: [&Self; 2]| between.blend(a.axis, b.axis).normalize_or(a.axis);
+        between.ends(&self.keys).map_or(self.axis, blended)
     }
 }
 
@@ -142,7 +187,6 @@ fn thin_lens(plane: Vec2, lens_radius: f32, focus_distance: f32, u: Vec2) -> (Ve
 mod tests {
     use super::*;
     use crate::pixel_filter::PixelFilter;
-    use vastlight_scene::Camera;
 
     fn settings(projection: Projection) -> RenderSettings {
         let mut camera = Camera::look_at("c", Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, 1.0);

@@ -29,6 +29,11 @@ impl<'m> MeshCorners<'m> {
         Self { mesh, index: corners.map(|i| i as usize) }
     }
 
+    /// Which vertices they are.
+    pub(crate) fn index(&self) -> [usize; 3] {
+        self.index
+    }
+
     #[inline(always)]
     fn of<T: Copy>(&self, values: &[T]) -> Option<[T; 3]> {
         (!values.is_empty()).then(|| self.index.map(|i| values[i]))

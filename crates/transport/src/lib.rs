@@ -10,6 +10,7 @@ pub mod light;
 mod material;
 mod medium;
 mod mis;
+mod moved;
 mod order;
 mod pages;
 mod pane;

@@ -49,15 +49,19 @@ pub struct Renderer<'a> {
 }
 
 impl<'a> Renderer<'a> {
-    /// A renderer of `scene`. Tracer, materials and lights must have been made for the same scene.
+    /// A renderer of `scene`. Tracer, materials and lights must have been made for the same scene. A camera without keys stands still in an
+    /// open shutter.
     #[must_use]
     pub fn new(
         scene: &'a Scene,
         tracer: &'a Tracer,
         materials: &'a MaterialTable<'a>,
         lights: &'a Lights<'a>,
-        settings: RenderSettings,
+        mut settings: RenderSettings,
     ) -> Self {
+        if let Some(shutter) = scene.shutter().filter(|_| settings.camera_keys.is_empty()) {
+            settings.camera_keys = vec![settings.camera.clone(); shutter.keys()];
+        }
         let camera = CameraRays::new(&settings);
         let veils = VeilIndex::new(scene, materials);
         let placements = Placements::new(scene);

@@ -95,6 +95,9 @@ pub struct RenderSettings {
     pub crop: Option<Tile>,
     /// The camera.
     pub camera: Camera,
+    /// Where a shutter is open, the camera at its keys, of which the first is `camera`; paths then have a time each. Empty for
+    /// a moment.
+    pub camera_keys: Vec<Camera>,
     /// How the picture is computed.
     pub integrator: Integrator,
     /// Longest path in segments: 1 is emission seen directly, 2 adds direct light, 3 one bounce more, and so on
@@ -125,6 +128,7 @@ impl RenderSettings {
             height,
             crop: None,
             camera,
+            camera_keys: Vec::new(),
             integrator: Integrator::default(),
             max_depth: 16,
             russian_roulette: true,

@@ -6,6 +6,7 @@ use crate::corners::{Corners, MeshCorners, PageCorners};
 use crate::light::LightSample;
 use crate::material::Evaluated;
 use crate::medium::MediumStack;
+use crate::moved::moved_surface;
 use crate::pages::PageHit;
 use crate::placement::Placement;
 use crate::sample::Sample;
@@ -47,18 +48,27 @@ impl<'a> Vertex<'a> {
         let material = mesh.material_of(hit.prim);
         let table = context.materials;
         let with_tangent = table.needs_tangent(material);
-        let map = context.scene.instances().map(hit.instance as usize);
-        let placement = context.placements.get(map, hit.instance);
-        let place = (map, &placement);
         let uv_sets = table.uv_sets(material);
-        let surface = match (page, &mesh.implicit) {
-            (Some(page), _) => surface_in_page(place, (ray, cone), hit, &page.corners, uv_sets, with_tangent),
-            (None, None) => {
-                let corners = MeshCorners::new(mesh, hit);
-                surface(place, (ray, cone), hit, &corners, uv_sets, with_tangent)
+        let still = || {
+            let map = context.scene.instances().map(hit.instance as usize);
+            let placement = context.placements.get(map, hit.instance);
+            let place = (map, &placement);
+            match (page, &mesh.implicit) {
+                (Some(page), _) => {
+                    surface_in_page(place, (ray, cone), hit, &page.corners, uv_sets, with_tangent)
+                }
+                (None, None) => {
+                    let corners = MeshCorners::new(mesh, hit);
+                    surface(place, (ray, cone), hit, &corners, uv_sets, with_tangent)
+                }
+                (None, Some(shape)) => Surface::of_implicit(place, shape, (ray, hit.t)),
             }
-            (None, Some(shape)) => Surface::of_implicit(place, shape, (ray, hit.t)),
         };
+        let moved = match context.scene.shutter() {
+            Some(_) => moved_surface(context, (ray, cone), hit, uv_sets, with_tangent),
+            None => None,
+        };
+        let surface = moved.unwrap_or_else(still);
         let mut frame = surface.frame();
         let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {
             Some((evaluated, bsdf)) => (evaluated, Some(bsdf)),
@@ -204,7 +214,7 @@ fn unit(color: Vec3) -> Vec3 {
 
 /// [`Surface::placed`], and the areas that lookups stand for.
 #[inline(always)]
-fn surface(
+pub(crate) fn surface(
     place: (&Affine3, &Placement),
     (ray, cone): (&Ray, Cone),
     hit: &Hit,

@@ -21,7 +21,20 @@ impl CameraChoice {
     /// # Errors
     /// If no camera has the name.
     pub fn resolve(&self, scene: &Scene) -> Result<Camera, Error> {
-        let mut camera = self.named(scene)?.clone();
+        self.resolve_among(scene.cameras(), scene)
+    }
+
+    /// The camera at the keys of the scene's shutter; none where it is closed.
+    ///
+    /// # Errors
+    /// Those of [`CameraChoice::resolve`].
+    pub fn resolve_keys(&self, scene: &Scene) -> Result<Vec<Camera>, Error> {
+        let Some(shutter) = scene.shutter() else { return Ok(Vec::new()) };
+        shutter.cameras().iter().map(|cameras| self.resolve_among(cameras, scene)).collect()
+    }
+
+    fn resolve_among(&self, cameras: &[Camera], scene: &Scene) -> Result<Camera, Error> {
+        let mut camera = self.named(cameras)?.clone();
         if let Some([eye, target]) = self.look_at {
             camera = looking_at(&camera, eye, target);
         }
@@ -31,8 +44,7 @@ impl CameraChoice {
         Ok(camera)
     }
 
-    fn named<'s>(&self, scene: &'s Scene) -> Result<&'s Camera, Error> {
-        let cameras = scene.cameras();
+    fn named<'s>(&self, cameras: &'s [Camera]) -> Result<&'s Camera, Error> {
         let Some(wanted) = &self.name else { return Ok(&cameras[0]) };
         let by_number = || wanted.parse().ok().and_then(|i: usize| cameras.get(i));
         cameras.iter().find(|c| &c.name == wanted).or_else(by_number).ok_or_else(|| {

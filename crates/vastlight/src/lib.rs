@@ -36,6 +36,7 @@ mod paged;
 mod passes;
 mod render;
 mod session;
+mod shutter;
 mod stats;
 mod textures;
 
@@ -59,6 +60,7 @@ pub use pack::{PackControl, PackProgress, pack, pack_within};
 pub use paged::{PagingRequest, StoredMemory, stored_memory};
 pub use render::{Control, Progress, RenderRequest, Rendered, render};
 pub use session::Session;
+pub use shutter::Exposure;
 pub use stats::{CacheCounts, Ending, PagingStats, Residency, SceneCounts, Stats};
 
 pub use vastlight_accel as accel;

@@ -4,6 +4,7 @@ use crate::budget::image_bytes;
 use crate::{Error, ErrorClass};
 use std::fs;
 use vastlight_film::{Aov, FilmTile};
+use vastlight_math::Affine3;
 use vastlight_scene::{Instances, Mesh, Scene};
 use vastlight_transport::RenderSettings;
 
@@ -27,6 +28,8 @@ const STRUCTURE_BYTES_PER_TRIANGLE: u64 = 150;
 /// Bytes of what updates keep and work with besides, a triangle that moves, and of a pose.
 const MOVING_BYTES_PER_TRIANGLE: u64 = 100;
 const POSE_BYTES_PER_TRIANGLE: u64 = 40;
+/// Bytes of the structure at a key of a shutter, a triangle that moves.
+const KEY_BYTES_PER_TRIANGLE: u64 = 90;
 /// Bytes of the tree over instances an instance.
 const STRUCTURE_BYTES_PER_INSTANCE: u64 = 32;
 /// Bytes of what is at hand of an instance, of scenes with few.
@@ -77,6 +80,21 @@ impl MemoryEstimate {
     pub fn with_moving(self, triangles: u64) -> Self {
         let structure = self.structure + triangles * MOVING_BYTES_PER_TRIANGLE;
         Self { scene: self.scene + triangles * POSE_BYTES_PER_TRIANGLE, structure, ..self }
+    }
+
+    /// The same where the scene's shutter is open.
+    #[must_use]
+    pub fn with_shutter(self, scene: &Scene) -> Self {
+        let Some(shutter) = scene.shutter() else { return self };
+        let triangles = |mesh: u32| scene.extents()[mesh as usize].triangles;
+        let moving: u64 = shutter.meshes().map(|(mesh, _)| triangles(mesh)).sum();
+        let keys = shutter.keys() as u64;
+        let instances = shutter.instances().count() as u64 * keys * size_of::<Affine3>() as u64;
+        Self {
+            scene: self.scene + moving * keys * POSE_BYTES_PER_TRIANGLE + instances,
+            structure: self.structure + moving * (keys + 1) * KEY_BYTES_PER_TRIANGLE,
+            ..self
+        }
     }
 
     /// The same on a graphics processor.

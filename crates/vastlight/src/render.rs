@@ -6,7 +6,7 @@ use crate::paged::PagingRequest;
 use crate::passes::PassSchedule;
 use crate::session::{Kept, kept_tracer};
 use crate::stats::{Ending, PagingStats, Residency, SceneCounts, Stats};
-use crate::{Error, ErrorClass, OpenScene, paged, peak_rss_bytes};
+use crate::{Error, ErrorClass, OpenScene, paged, peak_rss_bytes, shutter};
 use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -137,6 +137,7 @@ pub(crate) fn render_keeping(
     control: &Control<'_>,
     kept: &mut Kept,
 ) -> Result<Rendered, Error> {
+    shutter::check(open, request)?;
     let fallback = match on_graphics_processor(open, request, control, kept) {
         Ok(Some(rendered)) => return Ok(rendered),
         Ok(None) => None,
@@ -165,6 +166,9 @@ fn on_graphics_processor(
 ) -> Result<Option<Rendered>, Error> {
     if open.scene.implicit_mesh().is_some() {
         return request.device.refuse("implicit surfaces are rendered by the CPU alone").map(|()| None);
+    }
+    if open.scene.shutter().is_some() {
+        return Ok(None);
     }
     if kept.executor.is_none() {
         kept.executor = request.device.open()?;

@@ -2,7 +2,7 @@
 //! update them.
 
 use crate::render::{render_keeping, tracer_of};
-use crate::{Control, Error, ErrorClass, LoadOptions, OpenScene, RenderRequest, Rendered, open};
+use crate::{Control, Error, ErrorClass, Exposure, LoadOptions, OpenScene, RenderRequest, Rendered, open};
 use vastlight_gpu::Executor;
 use vastlight_scene::generate;
 use vastlight_trace::{PoseError, PoseReport, Tracer, TracerConfig};
@@ -58,24 +58,37 @@ impl Session {
     /// # Errors
     /// Nothing moves, the moment cannot be had, or does not fit the scene.
     pub fn pose(&mut self, time: f32) -> Result<PoseReport, Error> {
+        self.expose(time, &Exposure { seconds: 0.0, keys: 2 })
+    }
+
+    /// Opens a shutter at a moment, in seconds; it stays open in all pictures until the next pose.
+    ///
+    /// # Errors
+    /// Those of [`Session::pose`], or the scene knows but moments.
+    pub fn expose(&mut self, time: f32, exposure: &Exposure) -> Result<PoseReport, Error> {
+        let moments_alone = self.reopened.is_some() || self.open.stored.is_some();
+        if moments_alone && !exposure.is_moment() {
+            let (what, hint) = if self.open.stored.is_some() {
+                ("a store has no shutter", "render the file that it was packed from")
+            } else {
+                ("this scene is made anew for each moment and has no shutter", "leave --shutter out")
+            };
+            return Err(Error::usage(what, "--shutter", hint));
+        }
         if let Some((source, options)) = &mut self.reopened {
             options.time = Some(time);
             self.open = open(source, options)?;
             self.kept.tracer = None;
             return Ok(PoseReport::default());
         }
-        let Some(motion) = self.open.scene.motion().cloned() else {
-            let hint = "files with animations, sequences of files and some demos do";
-            return Err(Error::scene("nothing moves in this scene", "", hint));
-        };
-        let pose = motion.pose(time)?;
+        let poses = exposure.poses(&self.open.scene, time)?;
         let report = match self.kept.tracer.take() {
             Some((config, mut tracer)) => {
-                let report = tracer.pose(&mut self.open.scene, pose)?;
+                let report = tracer.open_shutter(&mut self.open.scene, poses)?;
                 self.kept.tracer = Some((config, tracer));
                 report
             }
-            None => PoseReport { change: self.open.scene.pose(pose)?, ..PoseReport::default() },
+            None => PoseReport { change: self.open.scene.open_shutter(poses)?, ..PoseReport::default() },
         };
         let extents = self.open.scene.extents();
         self.moving = report.change.meshes.iter().map(|&mesh| extents[mesh as usize].triangles).sum();

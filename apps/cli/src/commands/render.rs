@@ -19,7 +19,7 @@ use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Control, Denoising, Device, Ending, Error, ErrorClass, MemoryEstimate, OpenScene,
+    CameraChoice, Control, Denoising, Device, Ending, Error, ErrorClass, Exposure, MemoryEstimate, OpenScene,
     PackControl, PackProgress, RenderRequest, Rendered, Session, Stats, cached_store, check_fits,
     human_bytes,
 };
@@ -40,6 +40,13 @@ pub(crate) struct Render {
     /// Frames a second
     #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = values::positive)]
     fps: f32,
+    /// How long the shutter is open, as a part of a frame's time (0.5 is usual): it opens at the frame's moment, or at --time. 0: each
+    /// picture is a moment
+    #[arg(long, value_name = "PART", default_value_t = 0.0, value_parser = values::shutter)]
+    shutter: f32,
+    /// Poses of what moves while the shutter is open; between them everything goes straight on. Fast turns want more
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=i64::from(Exposure::MOST_KEYS)))]
+    shutter_keys: u32,
     /// Where scenes that do not fit into the memory budget are packed, once, and rendered from
     #[arg(long, value_name = "DIR")]
     cache_dir: Option<PathBuf>,
@@ -186,7 +193,8 @@ impl PictureArguments {
     /// What to render of a scene.
     pub(crate) fn request(&self, scene: &Scene, aovs: Vec<Aov>) -> Result<RenderRequest, Error> {
         let choice = CameraChoice { name: self.camera.clone(), look_at: self.look_at, fov: self.fov };
-        let settings = self.settings(choice.resolve(scene)?)?;
+        let mut settings = self.settings(choice.resolve(scene)?)?;
+        settings.camera_keys = choice.resolve_keys(scene)?;
         let tracer =
             TracerConfig { accel: self.accel.clone().unwrap_or_default(), ..TracerConfig::default() };
         let time_limit = self.time_limit;
@@ -236,6 +244,11 @@ impl PictureArguments {
 }
 
 impl Render {
+    /// How the shutter opens.
+    fn exposure(&self) -> Exposure {
+        Exposure { seconds: self.shutter / self.fps, keys: self.shutter_keys }
+    }
+
     /// Opens the scene, or its store in the folder of those that do not fit.
     fn open(
         &self,
@@ -305,6 +318,7 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let job = Job { arguments, common, png, denoising, reporter, cancel };
     match arguments.frames {
         None => {
+            job.expose_moment(&mut session)?;
             job.check(&session, start)?;
             job.picture(&mut session, (&file, None), start, load_ms)
         }
@@ -323,6 +337,35 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Opens the shutter at the moment of a single picture, if it is to be open.
+    fn expose_moment(&self, session: &mut Session) -> Result<(), Error> {
+        if self.arguments.shutter == 0.0 {
+            return Ok(());
+        }
+        let Some(time) = self.arguments.scene.time() else {
+            let what = "a shutter opens at a moment, and there is none";
+            return Err(Error::usage(what, "--shutter", "give --time or --frames"));
+        };
+        session.expose(time, &self.arguments.exposure())?;
+        self.warn_of_shutter(session);
+        Ok(())
+    }
+
+    /// Says what an open shutter does not show as it is.
+    fn warn_of_shutter(&self, session: &Session) {
+        let scene = &session.open().scene;
+        let Some(shutter) = scene.shutter() else { return };
+        let warn = |message: String| warn(&self.reporter, self.common, &message);
+        let emitters = scene.moving_emitters();
+        if emitters > 0 {
+            warn(format!("{emitters} lights with surfaces move while the shutter is open: rays find them by chance alone (more --spp)"));
+        }
+        for &mesh in shutter.sharp() {
+            let name = &scene.meshes()[mesh as usize].name;
+            warn(format!("mesh \"{name}\" stays sharp: its triangles are others at each moment"));
+        }
+    }
+
     /// Renders frame after frame. One that is interrupted is not written, so that what is there is whole.
     fn frames(
         &self,
@@ -333,8 +376,9 @@ impl Job<'_> {
     ) -> Result<Exit, Error> {
         let mut start = start;
         for (i, frame) in frames.iter().enumerate() {
-            session.pose(values::moment(frame, self.arguments.fps))?;
+            session.expose(values::moment(frame, self.arguments.fps), &self.arguments.exposure())?;
             if i == 0 {
+                self.warn_of_shutter(session);
                 self.check(session, start)?;
             }
             let load_ms = millis(start.elapsed());
@@ -556,7 +600,8 @@ fn check_memory(
     let pixels = request.settings.region().pixels();
     let estimate = MemoryEstimate::new(scene, pixels, &request.aovs, rayon::current_num_threads())
         .with_photons(&request.settings)
-        .with_moving(moving);
+        .with_moving(moving)
+        .with_shutter(scene);
     let on_cpu = !matches!(request.device.device, Device::Gpu(_));
     let estimate = if on_cpu { estimate } else { estimate.on_graphics_processor(scene) };
     match common.memory.or_else(vastlight::default_budget_bytes) {

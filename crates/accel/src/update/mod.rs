@@ -23,6 +23,7 @@ mod wide;
 
 pub use mesh::{DynamicMesh, UpdateError};
 pub use refit::refit;
+pub(crate) use refit::refit_scaled;
 
 use std::time::Duration;
 

@@ -15,6 +15,11 @@ use vastlight_simd::Level;
 /// are left where they are.
 pub fn refit(bvh: &mut MeshBvh, mesh: &MeshView<'_>) {
     bvh.scale_to(mesh);
+    refit_scaled(bvh, mesh);
+}
+
+/// [`refit`] with the scale that `bvh` has.
+pub(crate) fn refit_scaled(bvh: &mut MeshBvh, mesh: &MeshView<'_>) {
     let mut boxes = vec![Aabb::EMPTY; bvh.blocks.len()];
     fill_named(&mut bvh.blocks, &mut boxes, mesh, bvh.scale, Level::detect());
     bvh.bounds = match bvh.root {

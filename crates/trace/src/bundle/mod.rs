@@ -13,12 +13,12 @@ use crate::mesh::Leaves;
 use crate::paged::{Begin, End, Missing, Turn};
 use crate::patch::Patch;
 use crate::reach::{Meeting, meet};
-use crate::tree::{Nodes, OverBlocks, OverPages, Subtree, Tree, Visitor};
+use crate::tree::{AllMoments, Nodes, OverBlocks, OverPages, Subtree, Tree, Visitor};
 use crate::walk::Answers;
 use crate::{Hit, Tracer};
 use space::{NOWHERE, Place, Space};
 use vastlight_accel::ray::TriangleRay;
-use vastlight_accel::wide::{ChildRef, Leaf, WideNode};
+use vastlight_accel::wide::{ChildRef, Leaf, MeshKeys, WideNode};
 use vastlight_math::{Aabb, Ray};
 use vastlight_paging::Table;
 use vastlight_simd::Simd8;
@@ -203,7 +203,7 @@ impl Bundle {
     ) {
         let tracer = job.tracer;
         let (extent, margin_factor) = (tracer.places.extent, tracer.places.margin_factor);
-        let place = Place { placed: None, extent, margin_factor };
+        let place = Place { placed: None, moving: None, extent, margin_factor };
         self.world.load(simd, &place, (job.rays, &job.patch), chosen, &self.reach);
         self.waiting.push(Entry::root(root));
         let nodes = &tracer.top.nodes;
@@ -241,7 +241,8 @@ impl Bundle {
         let mesh = &job.tracer.meshes[placed.mesh as usize];
         let (Some(root), true) = (mesh.root(), rays != 0) else { return false };
         let MeshSpace { bounds, extent, .. } = mesh.space();
-        let place = Place { placed: Some(placed), extent, margin_factor: 1.0 };
+        let moving = placed.moves.then_some((&job.tracer.places, instance));
+        let place = Place { placed: Some(placed), moving, extent, margin_factor: 1.0 };
         self.mesh.load(simd, &place, (job.rays, &job.patch), rays, &self.reach);
         self.ready = 0;
         let task = Task { job, instance: instance as u32, extent };
@@ -254,6 +255,7 @@ impl Bundle {
                 let tree = OverPages { mesh, pages: job.pages, memory };
                 self.cross(simd, &task, &tree, (root, &bounds))
             }
+            Leaves::Keys(keys) => self.cross(simd, &task, &AllMoments::new(keys), (root, &bounds)),
         }
     }
 
@@ -424,6 +426,19 @@ impl<S: Simd8, F: Judge, const ANY: bool> Visitor<S> for Visit<'_, '_, '_, F, AN
     #[inline(always)]
     fn triangles(&mut self, simd: S, triangles: &impl Leaf) -> bool {
         self.bundle.meet(simd, self.task, triangles, self.met)
+    }
+
+    #[inline(always)]
+    fn moving(&mut self, simd: S, keys: &MeshKeys, leaf: usize) -> bool {
+        let (mut lanes, mut found_any, job) = (self.met, false, self.task.job);
+        while lanes != 0 {
+            let lane = lanes.trailing_zeros() as usize % RAYS;
+            lanes &= lanes - 1;
+            let ray = &job.rays[job.patch.index(self.bundle.mesh.member(lane))];
+            let block = keys.block(simd, leaf, &keys.between(ray.time));
+            found_any |= block.is_some_and(|block| self.bundle.meet(simd, self.task, &block, 1 << lane));
+        }
+        found_any
     }
 
     #[inline(always)]

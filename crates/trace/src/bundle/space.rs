@@ -1,7 +1,7 @@
 //! The rays of a bundle in one space: each ray's figures in lanes, and the intervals that all of them lie in.
 
 use super::{GROUPS, RAYS};
-use crate::instance::Placed;
+use crate::instance::{Placed, Places};
 use crate::patch::Patch;
 use crate::reach::Reach;
 use vastlight_accel::ray::{EightRays, ScaledRay, TriangleRay};
@@ -20,6 +20,8 @@ pub(super) const NOWHERE: f32 = f32::NEG_INFINITY;
 pub(super) struct Place<'a> {
     /// None for the world.
     pub(super) placed: Option<&'a Placed>,
+    /// Of an instance that moves: it is in another place for every ray.
+    pub(super) moving: Option<(&'a Places, usize)>,
     pub(super) extent: f32,
     pub(super) margin_factor: f32,
 }
@@ -150,7 +152,7 @@ impl Space {
         self.copy(rays, chosen, reach);
         let mut hull = [Hull::new(s); 3];
         for group in 0..self.groups.min(GROUPS) {
-            self.place_group(s, place, group, &mut hull);
+            self.place_group(s, place, rays, group, &mut hull);
         }
         self.intervals = [hull[0].interval(s), hull[1].interval(s), hull[2].interval(s)];
         self.first = self.smallest(s, &self.t_min);
@@ -182,10 +184,20 @@ impl Space {
 
     /// Brings a group to its place and prepares it.
     #[inline(always)]
-    fn place_group<S: Simd8>(&mut self, s: S, place: &Place<'_>, group: usize, hull: &mut [Hull<S>; 3]) {
+    fn place_group<S: Simd8>(
+        &mut self,
+        s: S,
+        place: &Place<'_>,
+        rays: (&[Ray], &Patch),
+        group: usize,
+        hull: &mut [Hull<S>; 3],
+    ) {
+        if let Some(moving) = place.moving {
+            self.place_one_by_one(moving, rays, group);
+        }
         let mut eight =
             EightRays { origin: load3(s, &self.origin, group), direction: load3(s, &self.direction, group) };
-        if let Some(placed) = place.placed {
+        if let (Some(placed), None) = (place.placed, place.moving) {
             eight = placed.map_rays(s, &eight);
             store3(s, &mut self.origin, group, eight.origin);
             store3(s, &mut self.direction, group, eight.direction);
@@ -208,6 +220,29 @@ impl Space {
             self.near_offset[axis][group] = s.to_array(s.add(offset, width));
             self.far_offset[axis][group] = s.to_array(s.sub(offset, width));
             hull[axis].grow(s, origin, reciprocal, margin);
+        }
+    }
+
+    /// Brings each ray of a group to the place that an instance has at its time; those that do not see it reach nowhere.
+    #[cold]
+    #[inline(never)]
+    fn place_one_by_one(
+        &mut self,
+        (places, instance): (&Places, usize),
+        (rays, patch): (&[Ray], &Patch),
+        group: usize,
+    ) {
+        for lane in 0..8 {
+            let ray = &rays[patch.index(self.member(8 * group + lane))];
+            let Some(placed) = places.moved(instance, ray.time) else {
+                self.t_max[group][lane] = NOWHERE;
+                continue;
+            };
+            let (origin, direction) = placed.map_ray(ray.origin, ray.direction);
+            for axis in 0..3 {
+                self.origin[axis][group][lane] = origin[axis];
+                self.direction[axis][group][lane] = direction[axis];
+            }
         }
     }
 

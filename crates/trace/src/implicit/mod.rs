@@ -10,12 +10,13 @@ mod julia;
 mod metaballs;
 mod root;
 
+use crate::instance::widen;
 use crate::{Hit, HitFilter};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use vastlight_math::glam::{DAffine3, DVec3};
 use vastlight_math::{Aabb, Ray};
-use vastlight_scene::{ImplicitShape, Scene};
+use vastlight_scene::{ImplicitShape, InstanceKeys, Scene, Shutter};
 
 /// Two crossings closer than this, as a part of the shape's size, may count as none.
 const LEAST: f64 = 1.0 / (1_u64 << 30) as f64;
@@ -63,16 +64,26 @@ struct Placed {
     shape: Arc<ImplicitShape>,
     object_from_world: DAffine3,
     instance: u32,
+    /// Where it moves while a shutter is open.
+    shutter: Option<Arc<Shutter>>,
     /// The sphere around the shape in object space.
     center: DVec3,
     radius: f64,
 }
 
 impl Placed {
+    /// The map at the time of a ray; none where the surface is not to be seen.
+    fn object_from_world(&self, time: f32) -> Option<DAffine3> {
+        let Some(shutter) = &self.shutter else { return Some(self.object_from_world) };
+        let map = shutter.instance(self.instance)?.at(&shutter.between(time))?;
+        Some(widen(&map).inverse())
+    }
+
     /// The crossings of a world ray, as its parameters.
     fn cross(&self, ray: &Ray, t_max: f32, scratch: &mut Scratch, visit: &mut Visit<'_>) {
-        let origin = self.object_from_world.transform_point3(ray.origin.as_dvec3());
-        let direction = self.object_from_world.transform_vector3(ray.direction.as_dvec3());
+        let Some(object_from_world) = self.object_from_world(ray.time) else { return };
+        let origin = object_from_world.transform_point3(ray.origin.as_dvec3());
+        let direction = object_from_world.transform_vector3(ray.direction.as_dvec3());
         let length = direction.length();
         let (from, to) = (f64::from(ray.t_min.max(0.0)) * length, f64::from(t_max) * length);
         let line = Line { origin, direction: direction / length, from, to };
@@ -105,13 +116,15 @@ impl Implicits {
             let bounds = shape.bounds();
             for instance in scene.instances().of_mesh(number) {
                 let map = scene.instances().map(instance as usize);
-                let wide =
-                    DAffine3 { matrix3: map.matrix3.as_dmat3(), translation: map.translation.as_dvec3() };
-                world = world.union(bounds.transformed(map));
+                let shutter = scene.shutter().filter(|s| s.instance(instance).is_some()).cloned();
+                let keys = shutter.as_ref().and_then(|s| s.instance(instance));
+                let ends = keys.into_iter().flat_map(InstanceKeys::ways).flatten();
+                world = ends.chain([map]).fold(world, |world, map| world.union(bounds.transformed(map)));
                 placed.push(Placed {
                     shape: Arc::clone(shape),
-                    object_from_world: wide.inverse(),
+                    object_from_world: widen(map).inverse(),
                     instance,
+                    shutter,
                     center: (bounds.min.as_dvec3() + bounds.max.as_dvec3()) * 0.5,
                     radius: bounds.size().as_dvec3().length() * 0.5,
                 });

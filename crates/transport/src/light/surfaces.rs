@@ -10,7 +10,8 @@ use super::triangle::{TriangleLight, TrianglePoint};
 use crate::material::MaterialTable;
 use crate::words::{Words, lights};
 use vastlight_math::{Affine3, Vec2, Vec3};
-use vastlight_scene::Scene;
+use std::sync::Arc;
+use vastlight_scene::{Scene, Shutter};
 
 /// Emissive triangles (times instances) in the world-space tree, before meshes share trees.
 pub(super) const FLAT_LIMIT: u64 = 1 << 19;
@@ -120,8 +121,15 @@ impl<'a> Surfaces<'a> {
         self.flat.len()
     }
 
+    /// Appends the lights of an instance. One that moves while a shutter is open is none to choose: what it sheds is found by the
+    /// rays that meet it.
     fn append_instance(&mut self, number: u32, mesh: u32, items: &mut Vec<Item>) {
         let first = self.flat.len() as u32;
+        let moves = |shutter: &Arc<Shutter>| {
+            shutter.instance(number).is_some() || shutter.mesh(mesh).is_some()
+        };
+        let moves = self.scene.shutter().is_some_and(moves);
+        let before = items.len();
         let (found, scene) = (&self.meshes[mesh as usize], self.scene);
         let (mesh, map) = (&scene.meshes()[mesh as usize], scene.instances().map(number as usize));
         if let Some(shared) = &found.shared {
@@ -135,6 +143,9 @@ impl<'a> Surfaces<'a> {
                 self.leaves.push(Leaf { instance: number, triangle });
                 self.flat.push(FlatLight::new(TriangleLight::placed(mesh.corners(triangle), map), run));
             }
+        }
+        if moves {
+            items.truncate(before);
         }
     }
 

@@ -62,6 +62,9 @@ pub(crate) trait Batches {
 /// Sampler dimensions of a whole path: filter, lens, time, wavelength.
 pub(crate) const CAMERA_DIMENSIONS: u32 = 4;
 
+/// Which of them is the time.
+pub(crate) const TIME_DIMENSION: u32 = 2;
+
 /// Which of them is the wavelength.
 pub(crate) const WAVELENGTH_DIMENSION: u32 = 3;
 
