@@ -216,7 +216,8 @@ impl Scene {
         let mut moving: Vec<u32> = shutter.instances.iter().map(|(i, _)| *i).chain(of_meshes).collect();
         moving.sort_unstable();
         moving.dedup();
-        let shines = |&i: &u32| self.meshes()[self.instances().mesh(i as usize) as usize].shines(self.materials());
+        let shines =
+            |&i: &u32| self.meshes()[self.instances().mesh(i as usize) as usize].shines(self.materials());
         moving.iter().copied().filter(shines).count()
     }
 }

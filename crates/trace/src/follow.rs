@@ -108,7 +108,7 @@ impl MovingMesh {
 
     /// A mesh that moves while a shutter is open, over the structure that it had.
     pub(crate) fn of(bvh: MeshBvh) -> Self {
-        Self { kept: Kept::Bvh(bvh), plan: UpdatePlan::new(0.0, None), keys: None }
+        Self { kept: Kept::Bvh(bvh), plan: UpdatePlan::new(0.0, 1.0), keys: None }
     }
 
     /// Lets rays see the mesh at keys, of which the last pose was the first.

@@ -136,9 +136,7 @@ impl Tree for AtMoment<'_> {
 
     #[inline(always)]
     fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
-        self.keys
-            .block(simd, leaf, &self.between)
-            .is_some_and(|block| visitor.triangles(simd, &block))
+        self.keys.block(simd, leaf, &self.between).is_some_and(|block| visitor.triangles(simd, &block))
     }
 }
 

@@ -18,11 +18,7 @@ struct MovedCorners<'m> {
 }
 
 impl MovedCorners<'_> {
-    fn of<T: Copy>(
-        &self,
-        values: impl Fn(&MeshKey) -> &[T],
-        blend: impl Fn(T, T) -> T,
-    ) -> Option<[T; 3]> {
+    fn of<T: Copy>(&self, values: impl Fn(&MeshKey) -> &[T], blend: impl Fn(T, T) -> T) -> Option<[T; 3]> {
         let [a, b] = self.ends.map(values);
         (!a.is_empty()).then(|| self.still.index().map(|i| blend(a[i], b[i])))
     }

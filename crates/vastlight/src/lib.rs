@@ -14,6 +14,7 @@
 //! # Ok::<(), vastlight::Error>(())
 //! ```
 
+mod blurred;
 mod budget;
 mod cached;
 mod camera;
@@ -40,6 +41,7 @@ mod shutter;
 mod stats;
 mod textures;
 
+pub use blurred::{ShutterFigures, measure_shutter};
 pub use budget::check_fits;
 pub use cached::cached_store;
 pub use camera::CameraChoice;

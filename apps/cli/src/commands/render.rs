@@ -358,7 +358,9 @@ impl Job<'_> {
         let warn = |message: String| warn(&self.reporter, self.common, &message);
         let emitters = scene.moving_emitters();
         if emitters > 0 {
-            warn(format!("{emitters} lights with surfaces move while the shutter is open: rays find them by chance alone (more --spp)"));
+            warn(format!(
+                "{emitters} lights with surfaces move while the shutter is open: rays find them by chance alone (more --spp)"
+            ));
         }
         for &mesh in shutter.sharp() {
             let name = &scene.meshes()[mesh as usize].name;

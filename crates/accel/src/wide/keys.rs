@@ -236,7 +236,8 @@ mod tests {
                         for corner in 0..3 {
                             let p = Vec3::from(block.corners()[corner].map(|axis| axis[lane]));
                             let vertex = 3 * prim + corner;
-                            let expected = between.blend(a[vertex] * self.keys.scale, b[vertex] * self.keys.scale);
+                            let expected =
+                                between.blend(a[vertex] * self.keys.scale, b[vertex] * self.keys.scale);
                             assert_eq!(p, expected);
                             assert!(boxes.iter().all(|b| p.cmpge(b.min).all() && p.cmple(b.max).all()));
                         }

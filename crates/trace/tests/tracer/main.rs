@@ -7,6 +7,7 @@ mod implicit;
 mod odd_rays;
 mod paged;
 mod pose;
+mod shutter;
 mod sorting;
 mod splitting;
 mod watertight;

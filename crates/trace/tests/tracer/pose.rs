@@ -17,7 +17,7 @@ struct Mixed {
     ball: Vec<Vec3>,
 }
 
-const BALL: u32 = 1;
+pub(crate) const BALL: u32 = 1;
 
 fn parts() -> [Mesh; 3] {
     let still = random_soup(&mut Random(3), 200, 0.2, 1.0, Vec3::ZERO);
@@ -25,7 +25,7 @@ fn parts() -> [Mesh; 3] {
     [still, closed_surface(9, 12, |_| 0.7), wall]
 }
 
-fn mixed() -> SceneDesc {
+pub(crate) fn mixed() -> SceneDesc {
     let meshes = parts().to_vec();
     let place = |mesh, at: Vec3| Instance { world_from_object: Affine3::from_translation(at), mesh, name: 0 };
     let instances =

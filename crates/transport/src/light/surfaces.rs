@@ -9,8 +9,8 @@ use super::tree::{Choice, Item};
 use super::triangle::{TriangleLight, TrianglePoint};
 use crate::material::MaterialTable;
 use crate::words::{Words, lights};
-use vastlight_math::{Affine3, Vec2, Vec3};
 use std::sync::Arc;
+use vastlight_math::{Affine3, Vec2, Vec3};
 use vastlight_scene::{Scene, Shutter};
 
 /// Emissive triangles (times instances) in the world-space tree, before meshes share trees.
@@ -125,9 +125,8 @@ impl<'a> Surfaces<'a> {
     /// rays that meet it.
     fn append_instance(&mut self, number: u32, mesh: u32, items: &mut Vec<Item>) {
         let first = self.flat.len() as u32;
-        let moves = |shutter: &Arc<Shutter>| {
-            shutter.instance(number).is_some() || shutter.mesh(mesh).is_some()
-        };
+        let moves =
+            |shutter: &Arc<Shutter>| shutter.instance(number).is_some() || shutter.mesh(mesh).is_some();
         let moves = self.scene.shutter().is_some_and(moves);
         let before = items.len();
         let (found, scene) = (&self.meshes[mesh as usize], self.scene);

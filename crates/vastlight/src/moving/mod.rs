@@ -156,7 +156,7 @@ fn fastest_builder(scene: &Scene, request: &MovingRequest) -> Result<&'static st
 }
 
 /// Rays of the scene's first camera, and rays that bounce from what they hit, spread by the cosine.
-fn rays(scene: &Scene, tracer: &Tracer, [width, height]: [u32; 2]) -> Result<Vec<Ray>, Error> {
+pub(crate) fn rays(scene: &Scene, tracer: &Tracer, [width, height]: [u32; 2]) -> Result<Vec<Ray>, Error> {
     let settings = RenderSettings::new(CameraChoice::default().resolve(scene)?, width, height);
     let camera = CameraRays::new(&settings);
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
@@ -182,6 +182,6 @@ fn rays(scene: &Scene, tracer: &Tracer, [width, height]: [u32; 2]) -> Result<Vec
     Ok(rays)
 }
 
-fn error(error: TraceError) -> Error {
+pub(crate) fn error(error: TraceError) -> Error {
     Error::new(ErrorClass::Usage, error.to_string(), "--accel", "")
 }

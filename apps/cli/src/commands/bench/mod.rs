@@ -7,6 +7,7 @@ mod clusters;
 mod kdtree;
 mod ooc;
 mod path;
+mod shutter;
 mod sort;
 mod texture;
 mod trace;
@@ -39,13 +40,17 @@ enum What {
     Update(Box<update::Update>),
     Animate(Box<update::Animate>),
     Clusters(Box<clusters::Clusters>),
+    Shutter(Box<shutter::Shutter>),
 }
 
 impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
-        use What::{Animate, Clusters, Ooc, Texture, Update};
-        !matches!(self.what, Ooc(_) | Texture(_) | Update(_) | Animate(_) | Clusters(_))
+        use What::{Animate, Clusters, Ooc, Shutter, Texture, Update};
+        !matches!(
+            self.what,
+            Ooc(_) | Texture(_) | Update(_) | Animate(_) | Clusters(_) | Shutter(_)
+        )
     }
 }
 
@@ -61,6 +66,7 @@ pub(crate) fn run(arguments: &Bench, common: &Common, start: Instant) -> Result<
         What::Update(arguments) => update::update(arguments, common),
         What::Animate(arguments) => update::animate(arguments, common),
         What::Clusters(arguments) => clusters::run(arguments, common),
+        What::Shutter(arguments) => shutter::run(arguments, common),
         What::Path(arguments) => path::run(arguments, common, start),
     }
 }
