@@ -1,6 +1,6 @@
 //! Triangle meshes.
 
-use crate::{ImplicitShape, Material};
+use crate::ImplicitShape;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vastlight_math::{Aabb, Vec2, Vec3, Vec4};
@@ -51,15 +51,6 @@ impl Mesh {
             return shape.bounds();
         }
         Aabb::from_points(self.triangles.iter().flatten().map(|&i| self.positions[i as usize]))
-    }
-
-    /// Whether a part of it is made of a material that emits light.
-    #[must_use]
-    pub fn shines(&self, materials: &[Material]) -> bool {
-        match self.parts.as_slice() {
-            [] => materials.first().is_some_and(Material::is_emissive),
-            parts => parts.iter().any(|part| materials[part.material as usize].is_emissive()),
-        }
     }
 
     /// The material of a triangle.

@@ -207,17 +207,4 @@ impl Scene {
         }
         Ok(change)
     }
-
-    /// Instances that shine and move while the shutter is open.
-    #[must_use]
-    pub fn moving_emitters(&self) -> usize {
-        let Some(shutter) = self.shutter() else { return 0 };
-        let of_meshes = shutter.meshes.iter().flat_map(|(mesh, _)| self.instances().of_mesh(*mesh));
-        let mut moving: Vec<u32> = shutter.instances.iter().map(|(i, _)| *i).chain(of_meshes).collect();
-        moving.sort_unstable();
-        moving.dedup();
-        let shines =
-            |&i: &u32| self.meshes()[self.instances().mesh(i as usize) as usize].shines(self.materials());
-        moving.iter().copied().filter(shines).count()
-    }
 }

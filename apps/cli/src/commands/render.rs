@@ -355,16 +355,10 @@ impl Job<'_> {
     fn warn_of_shutter(&self, session: &Session) {
         let scene = &session.open().scene;
         let Some(shutter) = scene.shutter() else { return };
-        let warn = |message: String| warn(&self.reporter, self.common, &message);
-        let emitters = scene.moving_emitters();
-        if emitters > 0 {
-            warn(format!(
-                "{emitters} lights with surfaces move while the shutter is open: rays find them by chance alone (more --spp)"
-            ));
-        }
         for &mesh in shutter.sharp() {
             let name = &scene.meshes()[mesh as usize].name;
-            warn(format!("mesh \"{name}\" stays sharp: its triangles are others at each moment"));
+            let message = format!("mesh \"{name}\" stays sharp: its triangles are others at each moment");
+            warn(&self.reporter, self.common, &message);
         }
     }
 

@@ -19,6 +19,8 @@ pub(crate) struct LightQueries {
     pub(crate) normal: Lanes3,
     pub(crate) pick: Lanes,
     pub(crate) u: Lanes2,
+    /// Times in an open shutter.
+    pub(crate) time: Lanes,
 }
 
 /// The answers, by lane.
@@ -179,7 +181,7 @@ impl Lights<'_> {
                 sky.push(q, lane);
             } else {
                 let (from, normal) = (q.from.get(lane), q.normal.get(lane));
-                answers.samples[lane] = self.draw(&own, from, normal, q.pick[lane], q.u.get(lane));
+                answers.samples[lane] = self.draw(&own, from, normal, q.pick[lane], (q.u.get(lane), q.time[lane]));
             }
         }
         triangles.answer(&mut answers);
@@ -200,7 +202,8 @@ impl Lights<'_> {
         let pick = (q.pick[lane] / local).min(ONE_MINUS_EPSILON);
         let choice = self.local.choose(&weights.estimate, from, normal, pick)?;
         let Some(plain) = self.local.plain_triangle(&choice) else {
-            let sample = self.local.sample_chosen(&choice, from, normal, q.u.get(lane))?;
+            let at = (q.u.get(lane), q.time[lane]);
+            let sample = self.local.sample_chosen(&choice, from, normal, at)?;
             return Some(LightSample { pdf: sample.pdf * local, ..sample });
         };
         if plain.shines_at(from) {

@@ -98,10 +98,10 @@ impl<'a> LocalLights<'a> {
         from: Vec3,
         normal: Vec3,
         u_pick: f32,
-        u: Vec2,
+        at: (Vec2, f32),
     ) -> Option<LightSample> {
         let choice = self.choose(estimate, from, normal, u_pick)?;
-        self.sample_chosen(&choice, from, normal, u)
+        self.sample_chosen(&choice, from, normal, at)
     }
 
     /// [`LocalLights::estimate`] by lane.
@@ -128,19 +128,19 @@ impl<'a> LocalLights<'a> {
         self.surfaces.plain_triangle(choice.light)
     }
 
-    /// The second step of [`LocalLights::sample`]: chooses a point on the light.
+    /// The second step of [`LocalLights::sample`]: chooses a point on the light by two numbers, at a time.
     #[inline(always)]
     pub(super) fn sample_chosen(
         &self,
         choice: &Choice,
         from: Vec3,
         normal: Vec3,
-        u: Vec2,
+        at: (Vec2, f32),
     ) -> Option<LightSample> {
         if let Some(punctual) = (choice.light as usize).checked_sub(self.surfaces.len()) {
             return sample_punctual(&self.punctual[punctual], from, choice.probability);
         }
-        let found = self.surfaces.sample(choice, from, normal, u)?;
+        let found = self.surfaces.sample(choice, from, normal, at)?;
         (found.radiance != Vec3::ZERO).then_some(LightSample {
             wi: found.point.wi,
             distance: found.point.distance,
@@ -150,14 +150,14 @@ impl<'a> LocalLights<'a> {
         })
     }
 
-    /// Density over solid angle with which [`LocalLights::sample`] finds a point of a surface.
+    /// Density over solid angle with which [`LocalLights::sample`] finds a point of a surface at a time.
     #[inline]
     pub(super) fn pdf(
         &self,
         from: Vec3,
         normal: Vec3,
         (instance, triangle): (u32, u32),
-        position: Vec3,
+        at: (Vec3, f32),
     ) -> f32 {
         let Some(found) = self.surfaces.find(instance, triangle) else { return 0.0 };
         let trail = self.trails[found.0 as usize];
@@ -166,7 +166,7 @@ impl<'a> LocalLights<'a> {
         if probability <= 0.0 {
             return 0.0;
         }
-        probability * self.surfaces.pdf(found, triangle, from, normal, position)
+        probability * self.surfaces.pdf(found, triangle, from, normal, at)
     }
 }
 

@@ -150,10 +150,10 @@ impl<'a> Lights<'a> {
     /// [0, 1). `None` means that the sample is black.
     #[must_use]
     pub fn sample(&self, from: Vec3, normal: Vec3, u_pick: f32, u: Vec2) -> Option<LightSample> {
-        self.draw(&self.weights(from, normal)?, from, normal, u_pick, u)
+        self.draw(&self.weights(from, normal)?, from, normal, u_pick, (u, 0.0))
     }
 
-    /// [`Lights::sample`] with the weights for the same arguments.
+    /// [`Lights::sample`] with the weights for the same arguments, at a time of an open shutter.
     #[inline(always)]
     pub(crate) fn draw(
         &self,
@@ -161,13 +161,13 @@ impl<'a> Lights<'a> {
         from: Vec3,
         normal: Vec3,
         u_pick: f32,
-        u: Vec2,
+        (u, time): (Vec2, f32),
     ) -> Option<LightSample> {
         let Odds { local, background, sun } = weights.odds;
         let mut pick = u_pick;
         if pick < local {
             let pick = (pick / local).min(ONE_MINUS_EPSILON);
-            let sample = self.local.sample(&weights.estimate, from, normal, pick, u)?;
+            let sample = self.local.sample(&weights.estimate, from, normal, pick, (u, time))?;
             return Some(LightSample { pdf: sample.pdf * local, ..sample });
         }
         pick -= local;
@@ -219,10 +219,10 @@ impl<'a> Lights<'a> {
     pub fn pdf_hit(&self, from: Vec3, normal: Vec3, instance: u32, triangle: u32, position: Vec3) -> f32 {
         let hit = (instance, triangle);
         let weights = self.weights(from, normal);
-        weights.map_or(0.0, |weights| self.density_of_hit(weights.odds, from, normal, hit, position))
+        weights.map_or(0.0, |weights| self.density_of_hit(weights.odds, from, normal, hit, (position, 0.0)))
     }
 
-    /// [`Lights::pdf_hit`] with the odds for the same point and normal.
+    /// [`Lights::pdf_hit`] with the odds for the same point and normal, of a place and a time of an open shutter.
     #[inline]
     pub(crate) fn density_of_hit(
         &self,
@@ -230,9 +230,9 @@ impl<'a> Lights<'a> {
         from: Vec3,
         normal: Vec3,
         hit: (u32, u32),
-        position: Vec3,
+        at: (Vec3, f32),
     ) -> f32 {
-        if odds.local > 0.0 { odds.local * self.local.pdf(from, normal, hit, position) } else { 0.0 }
+        if odds.local > 0.0 { odds.local * self.local.pdf(from, normal, hit, at) } else { 0.0 }
     }
 
     /// Density over solid angle with which [`Lights::sample`] chooses a direction that leaves the scene.

@@ -37,6 +37,8 @@ enum Kind {
     Textured,
     /// Stands for all triangles of an instance with a shared tree.
     Shared,
+    /// Is elsewhere at each time of an open shutter. It is chosen by where it is when the shutter opens.
+    Moving,
 }
 
 /// What stands at a leaf of the world-space tree.
@@ -121,14 +123,12 @@ impl<'a> Surfaces<'a> {
         self.flat.len()
     }
 
-    /// Appends the lights of an instance. One that moves while a shutter is open is none to choose: what it sheds is found by the
-    /// rays that meet it.
     fn append_instance(&mut self, number: u32, mesh: u32, items: &mut Vec<Item>) {
         let first = self.flat.len() as u32;
-        let moves =
-            |shutter: &Arc<Shutter>| shutter.instance(number).is_some() || shutter.mesh(mesh).is_some();
+        let moves = |shutter: &Arc<Shutter>| {
+            shutter.instance(number).is_some() || shutter.mesh(mesh).is_some()
+        };
         let moves = self.scene.shutter().is_some_and(moves);
-        let before = items.len();
         let (found, scene) = (&self.meshes[mesh as usize], self.scene);
         let (mesh, map) = (&scene.meshes()[mesh as usize], scene.instances().map(number as usize));
         if let Some(shared) = &found.shared {
@@ -140,11 +140,9 @@ impl<'a> Surfaces<'a> {
             items.extend(found.items(mesh, map, first));
             for (_, triangle, run) in found.triangles() {
                 self.leaves.push(Leaf { instance: number, triangle });
-                self.flat.push(FlatLight::new(TriangleLight::placed(mesh.corners(triangle), map), run));
+                let light = FlatLight::new(TriangleLight::placed(mesh.corners(triangle), map), run);
+                self.flat.push(if moves { FlatLight { kind: Kind::Moving, ..light } } else { light });
             }
-        }
-        if moves {
-            items.truncate(before);
         }
     }
 
@@ -178,9 +176,15 @@ impl<'a> Surfaces<'a> {
         plain.then_some(PlainTriangle { shape, radiance: *radiance, two_sided: *kind == Kind::TwoSided })
     }
 
-    /// A point of the chosen light.
+    /// A point of the chosen light, at a time of an open shutter.
     #[inline]
-    pub(super) fn sample(&self, choice: &Choice, from: Vec3, normal: Vec3, u: Vec2) -> Option<SurfaceSample> {
+    pub(super) fn sample(
+        &self,
+        choice: &Choice,
+        from: Vec3,
+        normal: Vec3,
+        (u, time): (Vec2, f32),
+    ) -> Option<SurfaceSample> {
         let flat = &self.flat[choice.light as usize];
         match flat.kind {
             Kind::OneSided | Kind::TwoSided => {
@@ -192,19 +196,29 @@ impl<'a> Surfaces<'a> {
                 let leaf = self.leaves[choice.light as usize];
                 self.sample_triangle(leaf, &flat.shape, from, u, choice.probability)
             }
-            Kind::Shared => self.sample_shared(choice, from, normal, u),
+            Kind::Shared => self.sample_shared(choice, from, normal, (u, time)),
+            Kind::Moving => {
+                let leaf = self.leaves[choice.light as usize];
+                self.sample_triangle(leaf, &self.shape(&leaf, time)?, from, u, choice.probability)
+            }
         }
     }
 
-    fn sample_shared(&self, choice: &Choice, from: Vec3, normal: Vec3, u: Vec2) -> Option<SurfaceSample> {
+    fn sample_shared(
+        &self,
+        choice: &Choice,
+        from: Vec3,
+        normal: Vec3,
+        (u, time): (Vec2, f32),
+    ) -> Option<SurfaceSample> {
         let instance = self.leaves[choice.light as usize].instance;
-        let (mesh, map) = self.placed(instance);
+        let (mesh, map) = (self.mesh_of(instance), self.map(instance, time)?);
         let shared = mesh.shared.as_ref()?;
-        let view = ObjectView::new(map, from, normal);
+        let view = ObjectView::new(&map, from, normal);
         let estimate = shared.tree.estimate(view.from, view.normal, view.similar);
         let inner = shared.tree.sample(&estimate, view.from, view.normal, choice.u, view.similar)?;
         let leaf = Leaf { instance, triangle: mesh.triangle(inner.light) };
-        let shape = self.shape(&leaf);
+        let shape = self.shape(&leaf, time)?;
         self.sample_triangle(leaf, &shape, from, u, choice.probability * inner.probability)
     }
 
@@ -242,7 +256,7 @@ impl<'a> Surfaces<'a> {
         Some(if mesh.shared.is_some() { (first, Some(number)) } else { (first + number, None) })
     }
 
-    /// Density over solid angle with which [`Surfaces::sample`] finds `position` on what [`Surfaces::find`] found.
+    /// Density over solid angle with which [`Surfaces::sample`] finds `position` at a time on what [`Surfaces::find`] found.
     #[inline]
     pub(super) fn pdf(
         &self,
@@ -250,28 +264,54 @@ impl<'a> Surfaces<'a> {
         triangle: u32,
         from: Vec3,
         normal: Vec3,
-        position: Vec3,
+        (position, time): (Vec3, f32),
     ) -> f32 {
-        let Some(number) = shared else { return self.flat[light as usize].shape.pdf(from, position) };
         let instance = self.leaves[light as usize].instance;
-        let (mesh, map) = self.placed(instance);
-        let Some(tree) = &mesh.shared else { return 0.0 };
-        let view = ObjectView::new(map, from, normal);
+        let moved = || self.shape(&Leaf { instance, triangle }, time);
+        let flat = &self.flat[light as usize];
+        let Some(number) = shared else {
+            return match flat.kind {
+                Kind::Moving => moved().map_or(0.0, |shape| shape.pdf(from, position)),
+                _ => flat.shape.pdf(from, position),
+            };
+        };
+        let Some(map) = self.map(instance, time) else { return 0.0 };
+        let (Some(tree), Some(shape)) = (&self.mesh_of(instance).shared, moved()) else { return 0.0 };
+        let view = ObjectView::new(&map, from, normal);
         let estimate = tree.tree.estimate(view.from, view.normal, view.similar);
         let trail = tree.trails[number as usize];
         tree.tree.probability(&estimate, trail, view.from, view.normal, view.similar)
-            * self.shape(&Leaf { instance, triangle }).pdf(from, position)
+            * shape.pdf(from, position)
     }
 
-    fn placed(&self, instance: u32) -> (&EmissiveMesh, &Affine3) {
-        let (instances, instance) = (self.scene.instances(), instance as usize);
-        (&self.meshes[instances.mesh(instance) as usize], instances.map(instance))
+    fn mesh_of(&self, instance: u32) -> &EmissiveMesh {
+        &self.meshes[self.scene.instances().mesh(instance as usize) as usize]
     }
 
-    fn shape(&self, leaf: &Leaf) -> TriangleLight {
-        let (instances, instance) = (self.scene.instances(), leaf.instance as usize);
-        let mesh = &self.scene.meshes()[instances.mesh(instance) as usize];
-        TriangleLight::placed(mesh.corners(leaf.triangle), instances.map(instance))
+    /// The place of an instance at a time; none where it is not to be seen.
+    fn map(&self, instance: u32, time: f32) -> Option<Affine3> {
+        let moving = self.scene.shutter().and_then(|shutter| Some((shutter, shutter.instance(instance)?)));
+        match moving {
+            Some((shutter, keys)) => keys.at(&shutter.between(time)),
+            None => Some(*self.scene.instances().map(instance as usize)),
+        }
+    }
+
+    /// A triangle at a time; none where it is not to be seen.
+    fn shape(&self, leaf: &Leaf, time: f32) -> Option<TriangleLight> {
+        let number = self.scene.instances().mesh(leaf.instance as usize);
+        let mesh = &self.scene.meshes()[number as usize];
+        let moving = self.scene.shutter().and_then(|shutter| Some((shutter, shutter.mesh(number)?)));
+        let corners = match moving {
+            Some((shutter, keys)) => {
+                let between = shutter.between(time);
+                let [a, b] = between.ends(keys)?;
+                let vertices = mesh.triangles[leaf.triangle as usize].map(|vertex| vertex as usize);
+                vertices.map(|vertex| between.blend(a.positions[vertex], b.positions[vertex]))
+            }
+            None => mesh.corners(leaf.triangle),
+        };
+        Some(TriangleLight::placed(corners, &self.map(leaf.instance, time)?))
     }
 
     /// Appends all triangles and what finds them.
@@ -283,7 +323,7 @@ impl<'a> Surfaces<'a> {
             let mesh = self.scene.instances().mesh(leaf.instance as usize) as usize;
             match flat.kind {
                 Kind::Shared => self.pack_shared(leaf.instance, meshes[mesh], words),
-                Kind::Textured => {
+                Kind::Textured | Kind::Moving => {
                     let run = self.meshes[mesh].find(leaf.triangle);
                     let two_sided = run.is_some_and(|(_, run)| run.two_sided);
                     flat.shape.pack(words);

@@ -85,7 +85,7 @@ impl PathTracing {
             return;
         }
         let random = VertexRandom::new(&samplers, stage.depth);
-        let lights = sample_lights(stage.context, &arrivals, &random);
+        let lights = sample_lights(stage, &arrivals, &random);
         for (lane, arrival) in arrivals.iter().enumerate().take(count) {
             if let Some(arrival) = arrival {
                 scatter(stage, arrival, lane, &lights, &random);
@@ -117,7 +117,7 @@ impl PathTracing {
         }
         let emission = if is_for_photons(context, path) { Vec3::ZERO } else { vertex.emission(context) };
         if emission != Vec3::ZERO {
-            let seen = seen_from(path, context, &vertex, hit);
+            let seen = seen_from(path, context, &vertex, (hit, ray.time));
             sample.radiance += path.throughput * emission * seen;
         }
         // At its end a path may still be on its way through panes, to the light that shadow rays see through them.
@@ -158,7 +158,7 @@ fn leave(stage: &mut Stage<'_>, i: usize) {
 /// Chooses lights for all arrivals that scatter into more than single directions.
 #[inline(always)]
 fn sample_lights(
-    context: &Context<'_>,
+    stage: &Stage<'_>,
     arrivals: &[Option<Arrival<'_>>; LANES],
     random: &VertexRandom,
 ) -> LightAnswers {
@@ -168,15 +168,17 @@ fn sample_lights(
         normal: Lanes3::ZERO,
         pick: random.light,
         u: random.place,
+        time: [0.0; LANES],
     };
     for (lane, arrival) in arrivals.iter().enumerate() {
         if let Some(arrival) = arrival {
             queries.wanted[lane] = arrival.lit;
             queries.from.set(lane, arrival.vertex.surface.position);
             queries.normal.set(lane, arrival.light_normal);
+            queries.time[lane] = stage.rays[arrival.ray].time;
         }
     }
-    context.lights.draw_lanes(&queries)
+    stage.context.lights.draw_lanes(&queries)
 }
 
 /// Sends a path on from a vertex, and a shadow ray to the light that was chosen for it.
@@ -240,12 +242,17 @@ fn background(context: &Context<'_>, path: &PathState, direction: Vec3) -> Vec3 
 
 /// Weight of emission that the path's ray ran into, against light sampling at the last vertex.
 #[inline(always)]
-fn seen_from(path: &PathState, context: &Context<'_>, vertex: &Vertex<'_>, hit: &Hit) -> f32 {
+fn seen_from(
+    path: &PathState,
+    context: &Context<'_>,
+    vertex: &Vertex<'_>,
+    (hit, time): (&Hit, f32),
+) -> f32 {
     if path.pdf <= 0.0 {
         return 1.0;
     }
-    let (place, position) = ((hit.instance, hit.prim), vertex.surface.position);
-    let light = context.lights.density_of_hit(path.odds, path.origin, path.normal, place, position);
+    let (place, at) = ((hit.instance, hit.prim), (vertex.surface.position, time));
+    let light = context.lights.density_of_hit(path.odds, path.origin, path.normal, place, at);
     context.settings.direct_sampling.weight_of_bsdf(path.pdf, light)
 }
 
