@@ -181,7 +181,8 @@ impl Lights<'_> {
                 sky.push(q, lane);
             } else {
                 let (from, normal) = (q.from.get(lane), q.normal.get(lane));
-                answers.samples[lane] = self.draw(&own, from, normal, q.pick[lane], (q.u.get(lane), q.time[lane]));
+                answers.samples[lane] =
+                    self.draw(&own, from, normal, q.pick[lane], (q.u.get(lane), q.time[lane]));
             }
         }
         triangles.answer(&mut answers);

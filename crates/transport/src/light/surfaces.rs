@@ -125,9 +125,8 @@ impl<'a> Surfaces<'a> {
 
     fn append_instance(&mut self, number: u32, mesh: u32, items: &mut Vec<Item>) {
         let first = self.flat.len() as u32;
-        let moves = |shutter: &Arc<Shutter>| {
-            shutter.instance(number).is_some() || shutter.mesh(mesh).is_some()
-        };
+        let moves =
+            |shutter: &Arc<Shutter>| shutter.instance(number).is_some() || shutter.mesh(mesh).is_some();
         let moves = self.scene.shutter().is_some_and(moves);
         let (found, scene) = (&self.meshes[mesh as usize], self.scene);
         let (mesh, map) = (&scene.meshes()[mesh as usize], scene.instances().map(number as usize));

@@ -242,12 +242,7 @@ fn background(context: &Context<'_>, path: &PathState, direction: Vec3) -> Vec3 
 
 /// Weight of emission that the path's ray ran into, against light sampling at the last vertex.
 #[inline(always)]
-fn seen_from(
-    path: &PathState,
-    context: &Context<'_>,
-    vertex: &Vertex<'_>,
-    (hit, time): (&Hit, f32),
-) -> f32 {
+fn seen_from(path: &PathState, context: &Context<'_>, vertex: &Vertex<'_>, (hit, time): (&Hit, f32)) -> f32 {
     if path.pdf <= 0.0 {
         return 1.0;
     }

@@ -8,7 +8,8 @@ use vastlight_scene::{LightKind, Sky};
 /// Points around the origin, every fifth without normal, every seventh unwanted.
 fn queries(rng: &mut Rng) -> LightQueries {
     let (from, normal, u) = (Lanes3::ZERO, Lanes3::ZERO, Lanes2::ZERO);
-    let mut q = LightQueries { wanted: [true; LANES], from, normal, pick: [0.0; LANES], u, time: [0.0; LANES] };
+    let mut q =
+        LightQueries { wanted: [true; LANES], from, normal, pick: [0.0; LANES], u, time: [0.0; LANES] };
     for lane in 0..LANES {
         q.wanted[lane] = lane % 7 != 3;
         q.from.set(lane, warp::uniform_sphere(rng.next_2d()) * 2.0 * rng.next_1d());
