@@ -33,6 +33,14 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
         ("render demo:julia -f 3-1 -o a.##.png", 2, "before the first"),
         ("render demo:julia -o a.##.png", 2, "--frames"),
         ("render demo:metaballs --device gpu -o a.png", 5, "the CPU alone"),
+        ("render demo:walker --shutter 0.5 -o a.png", 2, "--time or --frames"),
+        ("render demo:walker --time 1 --shutter 200 -o a.png", 2, "between 0 and 100"),
+        ("render demo:walker --time 1 --shutter 0.5 --caustics photons -o a.png", 2, "leave photons out"),
+        ("render demo:walker --time 1 --shutter 0.5 --integrator whitted -o a.png", 2, "no shutter"),
+        ("render demo:walker --time 1 --shutter 0.5 --device gpu -o a.png", 5, "the CPU alone"),
+        ("render demo:walker --time 1 --shutter 0.5 --accel kd-threaded -o a.png", 2, "one moment"),
+        ("render demo:julia --time 1 --shutter 0.5 -o a.png", 2, "no shutter"),
+        ("render demo:cornell --time 1 --shutter 0.5 -o a.png", 3, "nothing moves"),
         ("generate metaballs -o a.glb", 3, "demo:metaballs"),
         ("pack demo:julia -o a.vls", 3, "implicit surfaces"),
         ("render missing.glb -o a.png", 3, "missing.glb"),
@@ -325,6 +333,9 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
     assert_eq!(animate.len(), 2 * 2);
     let fields = "bench sequence method rays_per_frame update_ms trace_ms against_best";
     animate.iter().for_each(|l| fields.split(' ').for_each(|f| assert!(!l[f].is_null(), "{f}: {l}")));
+    let shutter = line("bench shutter demo:explosion --triangles 20000 --time 1.5 -r 32x24");
+    let fields = "bench sequence keys rays moving_triangles still_mrays_per_s open_mrays_per_s slowdown";
+    fields.split(' ').for_each(|f| assert!(!shutter[f].is_null(), "{f}: {shutter}"));
     let clusters =
         "bench clusters demo:explosion --triangles 20000 -f 36-37 -r 32x24 -o c.png --max-count 20";
     for (line, heuristic) in lines(&format!("{clusters} --heuristic acc,error")).iter().zip(["acc", "error"])
