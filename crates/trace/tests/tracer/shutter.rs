@@ -148,7 +148,8 @@ fn check(name: &str, desc: impl Fn() -> SceneDesc, times: &[f32], size: f32) {
     };
     // Structures for a shutter that is open, at every level, with bundles and without.
     let mut open = Scene::new(desc()).expect("valid");
-    open.open_shutter(poses(&open, times)).expect("fits");
+    let opening = poses(&open, times);
+    open.open_shutter(opening).expect("fits");
     for (level, single_rays) in Level::available().into_iter().flat_map(|l| [(l, false), (l, true)]) {
         let config = TracerConfig { level: Some(level), single_rays, ..TracerConfig::default() };
         let tracer = Tracer::new(&open, &config).expect("built");
@@ -259,7 +260,8 @@ fn no_ray_gets_through_a_closed_mesh_that_moves() {
         ..SceneDesc::default()
     };
     let mut scene = Scene::new(desc).expect("valid");
-    scene.open_shutter(poses(&scene, &[0.0, 0.5, 1.0])).expect("fits");
+    let opening = poses(&scene, &[0.0, 0.5, 1.0]);
+    scene.open_shutter(opening).expect("fits");
     let shutter = Arc::clone(scene.shutter().expect("open"));
     let keys = shutter.mesh(0).expect("it moves");
     let mut random = Random(2);
@@ -284,7 +286,8 @@ fn no_ray_gets_through_a_closed_mesh_that_moves() {
 #[test]
 fn structures_that_know_but_one_moment_refuse_an_open_shutter() {
     let mut open = Scene::new(mixed()).expect("valid");
-    open.open_shutter(poses(&open, &[0.0, 0.1])).expect("fits");
+    let opening = poses(&open, &[0.0, 0.1]);
+    open.open_shutter(opening).expect("fits");
     assert!(open.shutter().expect("open").mesh(BALL).is_some());
     let kd = TracerConfig { accel: "kd-threaded".into(), ..TracerConfig::default() };
     let compact = TracerConfig { layout: Layout::Compact, ..TracerConfig::default() };
@@ -292,7 +295,8 @@ fn structures_that_know_but_one_moment_refuse_an_open_shutter() {
         assert!(matches!(Tracer::new(&open, &config), Err(TraceError::Shutter(_))), "{config:?}");
         let mut scene = Scene::new(mixed()).expect("valid");
         let mut tracer = Tracer::new(&scene, &config).expect("built");
-        let opened = tracer.open_shutter(&mut scene, poses(&scene, &[0.0, 0.1]));
+        let poses = poses(&scene, &[0.0, 0.1]);
+        let opened = tracer.open_shutter(&mut scene, poses);
         assert!(matches!(opened, Err(PoseError::Trace(TraceError::Shutter(_)))));
     }
     let mut other = poses(&open, &[0.0, 0.1]);
