@@ -229,6 +229,8 @@ impl<'a, S: Simd8> Flight<'a, S> {
                 let pages = self.pages;
                 self.cross::<_, F, ANY>(simd, filter, &OverPages { mesh, pages, memory }, start)
             }
+            // What is in pages stands still.
+            Leaves::Keys(_) if F::PAGED => false,
             Leaves::Keys(keys) => {
                 let tree = AtMoment::new(keys, keys.between(self.ray.time));
                 self.cross::<_, F, ANY>(simd, filter, &tree, start)

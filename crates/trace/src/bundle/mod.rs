@@ -255,6 +255,8 @@ impl Bundle {
                 let tree = OverPages { mesh, pages: job.pages, memory };
                 self.cross(simd, &task, &tree, (root, &bounds))
             }
+            // What is in pages stands still.
+            Leaves::Keys(_) if F::PAGED => false,
             Leaves::Keys(keys) => self.cross(simd, &task, &AllMoments::new(keys), (root, &bounds)),
         }
     }
