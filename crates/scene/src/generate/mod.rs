@@ -39,7 +39,7 @@ mod water;
 
 use crate::{SceneDesc, SceneError, SceneStream};
 
-pub use record::motion;
+pub use record::{has_motion, motion};
 
 /// What a procedural scene may vary in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

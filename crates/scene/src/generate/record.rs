@@ -19,6 +19,21 @@ pub(super) trait Recorded: Motion + Serialize + DeserializeOwned + 'static {
     fn is_sound(&self, desc: &SceneDesc) -> bool;
 }
 
+/// The readers' names.
+const KINDS: [&str; 5] = [
+    <bodies::Swarm as Recorded>::KIND,
+    <cloth::Falling as Recorded>::KIND,
+    <explosion::Burst as Recorded>::KIND,
+    <traffic::Traffic as Recorded>::KIND,
+    <walker::Walk as Recorded>::KIND,
+];
+
+/// Whether a demo of this name has a movement; others that move are made anew at each moment.
+#[must_use]
+pub fn has_motion(name: &str) -> bool {
+    KINDS.iter().any(|kind| kind.strip_prefix("demo:") == Some(name))
+}
+
 /// The movement of a demo, for the scene that it belongs to; none if the record is no demo's.
 ///
 /// # Errors
