@@ -25,7 +25,7 @@ mod texels;
 pub use environment::load_environment;
 pub use error::{ErrorKind, ImportError};
 pub use format::{SceneFormat, detect};
-pub use gltf::validate as validate_gltf;
+pub use gltf::{motion as gltf_motion, validate as validate_gltf};
 pub use ies::{load_ies, parse_ies};
 pub use limits::Limits;
 pub use sequence::files_of;

@@ -40,7 +40,7 @@ pub struct SceneDesc {
     pub cameras: Vec<Camera>,
     /// Light from infinity; `None` where the file says nothing (a scene without any light then gets a sky).
     pub environment: Option<Environment>,
-    /// What moves; the tables hold the scene at rest. No store and no file format holds it.
+    /// What moves; the tables hold the scene at rest. A store keeps its [record](crate::Motion::record) beside the description.
     #[serde(skip)]
     pub motion: Option<Arc<dyn Motion>>,
     /// What was found while importing.

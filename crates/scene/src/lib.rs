@@ -39,7 +39,7 @@ pub use lattice::Lattice;
 pub use light::{IesProfile, Light, LightKind};
 pub use material::{AlphaMode, Channel, ColorInput, Conductor, Material, NormalMap, ScalarInput};
 pub use mesh::{Mesh, Part};
-pub use motion::{MeshPose, Motion, Pose};
+pub use motion::{MeshPose, Motion, MotionRecord, Pose, renumbered};
 pub use pyramid::{Content, PyramidRows, level_sizes, pyramid};
 pub use scene::{Change, MeshExtent, MeshPreparation, Scene, TriangleFindings, can_be_placed, is_usable};
 pub use shutter::{InstanceKeys, MeshKey, Shutter};

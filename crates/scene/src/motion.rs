@@ -2,6 +2,7 @@
 
 use crate::{Camera, Mesh, SceneDesc, SceneError, is_usable};
 use std::fmt::Debug;
+use std::sync::Arc;
 use vastlight_math::{Affine3, Vec3, Vec4};
 
 /// Whatever moves a scene: tracks of a file, a sequence of files, a formula. Each moment follows from its time alone, so that frames
@@ -16,6 +17,97 @@ pub trait Motion: Debug + Send + Sync {
     /// # Errors
     /// If the moment cannot be had, of a movement that is read from files.
     fn pose(&self, time: f32) -> Result<Pose, SceneError>;
+
+    /// What a store keeps of the movement; none of one that is read from files as it goes on.
+    fn record(&self) -> Option<MotionRecord> {
+        None
+    }
+}
+
+/// A movement as a store keeps it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MotionRecord {
+    /// Who reads it.
+    pub kind: String,
+    /// What that one wrote.
+    pub bytes: Vec<u8>,
+    /// Of instances that have other numbers in the scene than in the movement: that in the movement, ascending, and that in the
+    /// scene.
+    pub numbers: Vec<[u32; 2]>,
+}
+
+impl MotionRecord {
+    /// A record for the reader `kind`, of what it reads.
+    #[must_use]
+    pub fn new(kind: &str, movement: &impl serde::Serialize) -> Option<Self> {
+        let bytes = postcard::to_stdvec(movement).ok()?;
+        Some(Self { kind: kind.into(), bytes, numbers: Vec::new() })
+    }
+
+    /// What [`MotionRecord::new`] was given.
+    ///
+    /// # Errors
+    /// The bytes are no such thing.
+    pub fn read<T: serde::de::DeserializeOwned>(&self) -> Result<T, SceneError> {
+        postcard::from_bytes(&self.bytes).map_err(|error| Self::damaged(&error.to_string()))
+    }
+
+    /// An error for a record that cannot be what was written.
+    #[must_use]
+    pub fn damaged(what: &str) -> SceneError {
+        SceneError::new(format!("the movement is damaged: {what}"), "motion", "pack the scene again")
+    }
+}
+
+/// A movement of a scene whose instances got other numbers.
+#[derive(Debug)]
+struct Renumbered {
+    motion: Arc<dyn Motion>,
+    /// As in a record.
+    numbers: Vec<[u32; 2]>,
+}
+
+/// The movement where instances have other numbers: see [`MotionRecord::numbers`].
+#[must_use]
+pub fn renumbered(motion: Arc<dyn Motion>, mut numbers: Vec<[u32; 2]>) -> Arc<dyn Motion> {
+    numbers.retain(|[old, new]| old != new);
+    numbers.sort_unstable();
+    if numbers.is_empty() { motion } else { Arc::new(Renumbered { motion, numbers }) }
+}
+
+impl Renumbered {
+    fn number(&self, old: u32) -> u32 {
+        let found = self.numbers.binary_search_by_key(&old, |pair| pair[0]);
+        found.map_or(old, |at| self.numbers[at][1])
+    }
+}
+
+impl Motion for Renumbered {
+    fn duration(&self) -> f32 {
+        self.motion.duration()
+    }
+
+    fn pose(&self, time: f32) -> Result<Pose, SceneError> {
+        let mut pose = self.motion.pose(time)?;
+        pose.instances.iter_mut().for_each(|(instance, _)| *instance = self.number(*instance));
+        Ok(pose)
+    }
+
+    fn record(&self) -> Option<MotionRecord> {
+        let mut record = self.motion.record()?;
+        if record.numbers.is_empty() {
+            record.numbers.clone_from(&self.numbers);
+            return Some(record);
+        }
+        // Numbers that only one of both changes are rare: all that move are looked up.
+        let moved = self.motion.pose(0.0).ok()?.instances;
+        let before: std::collections::BTreeMap<u32, u32> =
+            record.numbers.iter().map(|&[old, new]| (new, old)).collect();
+        let pair = |&(middle, _): &(u32, _)| [*before.get(&middle).unwrap_or(&middle), self.number(middle)];
+        record.numbers = moved.iter().map(pair).collect();
+        record.numbers.sort_unstable();
+        Some(record)
+    }
 }
 
 /// How what moves is at a moment.

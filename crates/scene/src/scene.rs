@@ -73,6 +73,12 @@ impl MeshPreparation {
         Ok(found)
     }
 
+    /// Those of the meshes of which preparation changes more than vertices, as they are before it.
+    fn described<'m>(&self, meshes: impl Iterator<Item = (u32, &'m Mesh)>) -> BTreeMap<u32, Mesh> {
+        let changed = meshes.filter(|(_, mesh)| self.changes_triangles(mesh));
+        changed.map(|(number, mesh)| (number, mesh.clone())).collect()
+    }
+
     /// Whether a mesh gets other triangles, or more vertices: some of its triangles are unusable, or need tangents.
     fn changes_triangles(&self, mesh: &Mesh) -> bool {
         let is_broken = || !mesh.positions.iter().copied().all(is_usable);
@@ -114,9 +120,8 @@ impl Scene {
         check_indices(&desc)?;
         let preparation = MeshPreparation::new(&desc);
         let mut meshes = std::mem::take(&mut desc.meshes);
-        let is_kept = |mesh: &Mesh| desc.motion.is_some() && preparation.changes_triangles(mesh);
-        let described = (0..).zip(&meshes).filter(|(_, mesh)| is_kept(mesh));
-        let described = described.map(|(number, mesh)| (number, mesh.clone())).collect();
+        let kept = (0..).zip(&meshes).filter(|_| desc.motion.is_some());
+        let described = preparation.described(kept);
         let found: Vec<_> = meshes.par_iter_mut().map(|mesh| preparation.prepare(mesh)).collect();
         for found in found {
             found?.into_iter().for_each(|diagnostic| desc.diagnostics.push(diagnostic));
@@ -181,14 +186,16 @@ impl Scene {
     }
 
     /// A scene whose meshes went through [`MeshPreparation`] and of which some are elsewhere: those have names and parts
-    /// alone. `instances` stand in the place of those of `desc`; `extents` says what all meshes are.
+    /// alone. The meshes `deforming`, ascending, get other vertices with each pose, are here, and were not prepared. `instances`
+    /// stand in the place of those of `desc`; `extents` says what all meshes are.
     ///
     /// # Errors
     /// The first index out of range.
     pub fn with_meshes_elsewhere(
-        desc: SceneDesc,
+        mut desc: SceneDesc,
         instances: Instances,
-        extents: Vec<MeshExtent>,
+        mut extents: Vec<MeshExtent>,
+        deforming: &[u32],
     ) -> Result<Self, SceneError> {
         let meshes = desc.meshes.len();
         if desc.materials.is_empty() || extents.len() != meshes || instances.starts().len() != meshes {
@@ -196,7 +203,17 @@ impl Scene {
         }
         check_indices(&desc)?;
         desc.meshes.iter().try_for_each(|mesh| check_mesh(mesh, desc.materials.len()))?;
-        Ok(Self::complete(desc, instances, extents))
+        let preparation = MeshPreparation::new(&desc);
+        let deforms = |number: usize| deforming.binary_search(&(number as u32)).is_ok();
+        let described = (0..).zip(&desc.meshes).filter(|(number, _)| deforms(*number as usize));
+        let described = preparation.described(described);
+        let all = desc.meshes.par_iter_mut().zip(&mut extents).enumerate();
+        all.filter(|(number, _)| deforms(*number)).try_for_each(|(_, (mesh, extent))| {
+            preparation.prepare(mesh)?;
+            *extent = MeshExtent::of(mesh);
+            Ok::<_, SceneError>(())
+        })?;
+        Ok(Self { described, ..Self::complete(desc, instances, extents) })
     }
 
     /// Adds what a description lacks.
@@ -229,9 +246,13 @@ impl Scene {
         &self.desc
     }
 
-    /// The description, completed, without the instances, for one who needs nothing else of the scene.
+    /// The description, completed, without the instances, for one who needs nothing else of the scene. Meshes that move are such
+    /// that poses fit them.
     #[must_use]
-    pub fn into_desc(self) -> SceneDesc {
+    pub fn into_desc(mut self) -> SceneDesc {
+        for (number, mesh) in self.described {
+            self.desc.meshes[number as usize] = mesh;
+        }
         self.desc
     }
 
@@ -341,7 +362,7 @@ impl Scene {
 }
 
 /// The numbers that instances get when they are sorted by mesh; none where they are.
-fn sorted_numbers(instances: &[Instance]) -> Vec<u32> {
+pub(crate) fn sorted_numbers(instances: &[Instance]) -> Vec<u32> {
     if instances.is_sorted_by_key(|i| i.mesh) {
         return Vec::new();
     }

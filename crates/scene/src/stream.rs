@@ -1,6 +1,7 @@
 //! A scene that comes mesh by mesh, so that no more than a few meshes are in memory at a time.
 
-use crate::{Diagnostic, Instance, Mesh, SceneDesc, SceneError, Texels};
+use crate::scene::sorted_numbers;
+use crate::{Diagnostic, Instance, Mesh, Motion, SceneDesc, SceneError, Texels, renumbered};
 use rayon::Yield;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -78,7 +79,7 @@ impl ImageRows {
 
 /// A scene whose meshes come one after the other. After an error nothing more of use comes.
 pub struct SceneStream {
-    /// Everything but meshes and instances.
+    /// Everything but meshes and instances; what moves counts instances in the order in which they come.
     pub desc: SceneDesc,
     /// Meshes with their placements.
     pub pieces: Pieces,
@@ -121,9 +122,10 @@ impl SceneStream {
 /// A scene in memory, mesh by mesh; instances are sorted by mesh. Instances of meshes that do not exist are an error
 /// after the last piece.
 impl From<SceneDesc> for SceneStream {
-    /// The scene as it is, without what moves it.
     fn from(mut desc: SceneDesc) -> Self {
-        desc.motion = None;
+        if let Some(motion) = desc.motion.take() {
+            desc.motion = Some(motion_of_sorted(motion, &desc.instances));
+        }
         let meshes = std::mem::take(&mut desc.meshes);
         let mut instances = std::mem::take(&mut desc.instances);
         if !instances.is_sorted_by_key(|i| i.mesh) {
@@ -143,6 +145,21 @@ impl From<SceneDesc> for SceneStream {
         });
         Self { desc, pieces: Box::new(pieces.chain(stray)), triangles: Some(triangles), rows: Vec::new() }
     }
+}
+
+/// The movement of instances that are about to be sorted by mesh.
+fn motion_of_sorted(motion: Arc<dyn Motion>, instances: &[Instance]) -> Arc<dyn Motion> {
+    let numbers = sorted_numbers(instances);
+    if numbers.is_empty() {
+        return motion;
+    }
+    let pair = |old: u32| Some([old, *numbers.get(old as usize)?]);
+    let pairs = match motion.pose(0.0) {
+        Ok(pose) => pose.instances.iter().filter_map(|&(old, _)| pair(old)).collect(),
+        // Which of them move is not known.
+        Err(_) => (0..numbers.len() as u32).filter_map(pair).collect(),
+    };
+    renumbered(motion, pairs)
 }
 
 /// Makes pieces from `jobs` on rayon's threads, at most `ahead` of them before they are asked for; their order is

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 /// What a store starts with.
 pub const MAGIC: [u8; 8] = *b"vastlite";
 /// The version of the format that this code reads and writes.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 /// Bytes before the first page.
 pub const HEADER_BYTES: u64 = 4096;
 /// Pages start at multiples of this.
@@ -79,11 +79,15 @@ pub enum Section {
     NamesOfInstances = 14,
     /// What the scene was made of, as `postcard` writes a list of `SourceFile`.
     Sources = 16,
+    /// Who reads the movement, and numbers of instances in it, as `postcard` writes them: a string, and pairs of u32.
+    Motion = 17,
+    /// The movement, as its writer wrote it.
+    Movement = 18,
 }
 
 impl Section {
     /// All of them, by number.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 17] = [
         Self::Scene,
         Self::Meshes,
         Self::Nodes,
@@ -99,6 +103,8 @@ impl Section {
         Self::NamesOfMeshes,
         Self::NamesOfInstances,
         Self::Sources,
+        Self::Motion,
+        Self::Movement,
     ];
 
     /// What to call it in a message.
@@ -120,6 +126,8 @@ impl Section {
             Self::NamesOfMeshes => "names of meshes",
             Self::NamesOfInstances => "names of instances",
             Self::Sources => "sources",
+            Self::Motion => "motion",
+            Self::Movement => "movement",
         }
     }
 }
@@ -156,9 +164,12 @@ pub struct MeshRow {
     pub scale: f32,
     /// Which attributes the vertices have: see [`crate::AttributeLayout`].
     pub attributes: u32,
-    /// What its pages are: 0 treelets, 1 blocks.
+    /// What its pages are: 0 treelets, 1 blocks, [`DEFORMS`] none.
     pub strategy: u32,
 }
+
+/// What stands in the place of a strategy of a mesh that deforms: it has no pages, its geometry is in the scene.
+pub const DEFORMS: u32 = 2;
 
 /// Where a page is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]

@@ -3,7 +3,8 @@
 use crate::attributes::{AttributeIndex, AttributeLayout};
 use crate::error::StoreError;
 use crate::format::{
-    EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, Section, SectionRow, TextureRow, VERSION,
+    DEFORMS, EntryRow, HEADER_BYTES, Header, InstanceRow, MAGIC, MeshRow, Section, SectionRow, TextureRow,
+    VERSION,
 };
 use crate::pack::PageStrategy;
 use crate::source::SourceFile;
@@ -16,7 +17,7 @@ use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
 use vastlight_accel::wide::{ChildRef, Node8};
 use vastlight_math::{Aabb, Vec3};
 use vastlight_paging::{Directory, PageEntry, Source};
-use vastlight_scene::{Content, Image, InstanceNames, Instances, MeshExtent, SceneDesc};
+use vastlight_scene::{Content, Image, InstanceNames, Instances, Mesh, MeshExtent, MotionRecord, SceneDesc};
 
 /// Most levels of a tree that is believed.
 const MOST_LEVELS: u32 = 512;
@@ -28,12 +29,14 @@ pub const MOST_PAGE_BYTES: u32 = 1 << 18;
 /// An open store.
 #[derive(Debug)]
 pub struct Store {
-    /// Everything but geometry, and that of meshes that shine.
+    /// Everything but geometry, and that of meshes that shine or deform.
     pub desc: SceneDesc,
     /// Placements of the meshes.
     pub instances: Instances,
     /// Sizes of the meshes.
     pub extents: Vec<MeshExtent>,
+    /// What moves the scene, for who understands it.
+    pub motion: Option<MotionRecord>,
     /// Where all else is.
     pub pages: StoredPages,
 }
@@ -43,8 +46,8 @@ pub struct Store {
 pub struct StoredPages {
     /// Where pages come from.
     pub source: Arc<dyn Source>,
-    /// What is above the pages of each mesh.
-    pub meshes: Vec<Arc<CompactMesh>>,
+    /// What is above the pages of each mesh; none of meshes that deform, which have no pages.
+    pub meshes: Vec<Option<Arc<CompactMesh>>>,
     /// Which attributes the vertices of each mesh have.
     pub layouts: Vec<AttributeLayout>,
     /// What pages of geometry are.
@@ -83,6 +86,8 @@ impl Store {
         if rows.len() != desc.meshes.len() || rows.len() != instances.starts().len() {
             return Err(file.damaged(Section::Scene, "has other meshes"));
         }
+        file.check_deforming(&rows, &desc)?;
+        let motion = file.motion()?;
         let tiles = file.directory(Section::Tiles)?;
         let textures = file.textures(&desc.images, tiles.pages())?;
         let sources = file.sources()?;
@@ -103,7 +108,7 @@ impl Store {
             tiles,
             sources,
         };
-        Ok(Self { desc, instances, extents, pages })
+        Ok(Self { desc, instances, extents, motion, pages })
     }
 }
 
@@ -218,15 +223,40 @@ impl<'s> StoreFile<'s> {
         Ok(rows.iter().map(entry).collect())
     }
 
-    fn meshes(&self, rows: &[MeshRow], pages: usize) -> Result<Vec<Arc<CompactMesh>>, StoreError> {
+    fn meshes(&self, rows: &[MeshRow], pages: usize) -> Result<Vec<Option<Arc<CompactMesh>>>, StoreError> {
         let nodes: Vec<Node8> = self.rows(Section::Nodes)?;
         let roots: Vec<PageRoot> = self.rows(Section::Roots)?;
         let mesh = |(number, row): (usize, &MeshRow)| {
+            if row.strategy == DEFORMS {
+                return Ok(None);
+            }
             compact(row, &nodes, &roots, pages)
-                .map(Arc::new)
+                .map(|mesh| Some(Arc::new(mesh)))
                 .ok_or_else(|| self.damaged(Section::Meshes, &format!("mesh {number} leads nowhere")))
         };
         rows.iter().enumerate().map(mesh).collect()
+    }
+
+    /// Refuses a mesh that deforms and is not in the scene.
+    fn check_deforming(&self, rows: &[MeshRow], desc: &SceneDesc) -> Result<(), StoreError> {
+        let differs = |(row, mesh): (&MeshRow, &Mesh)| {
+            row.strategy == DEFORMS && row.triangles != mesh.triangles.len() as u64
+        };
+        match rows.iter().zip(&desc.meshes).position(differs) {
+            Some(number) => {
+                Err(self.damaged(Section::Scene, &format!("mesh {number} deforms and is not there")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn motion(&self) -> Result<Option<MotionRecord>, StoreError> {
+        if !self.has(Section::Motion) {
+            return Ok(None);
+        }
+        let who = postcard::from_bytes(&self.bytes(Section::Motion)?);
+        let (kind, numbers) = who.map_err(|error| self.damaged(Section::Motion, &error.to_string()))?;
+        Ok(Some(MotionRecord { kind, bytes: self.bytes(Section::Movement)?, numbers }))
     }
 
     /// What the scene was made of; nothing where the store does not say.

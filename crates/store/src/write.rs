@@ -5,11 +5,12 @@
 use crate::attributes::AttributeLayout;
 use crate::error::StoreError;
 use crate::format::{
-    EntryRow, HEADER_BYTES, Header, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow, TextureRow, VERSION,
+    DEFORMS, EntryRow, HEADER_BYTES, Header, MAGIC, MeshRow, PAGE_ALIGNMENT, Section, SectionRow, TextureRow,
+    VERSION,
 };
 use crate::journal::{Journal, split_runs};
 use crate::lock::open_locked;
-use crate::pack::{PackedMesh, PageStrategy};
+use crate::pack::PackedMesh;
 use crate::source::SourceFile;
 use crate::tiler::Tiler;
 use crate::tiles::TileGrid;
@@ -23,7 +24,7 @@ use vastlight_accel::compact::{CompactMesh, PageBytes, PageRoot};
 use vastlight_accel::wide::{ChildRef, Node8};
 use vastlight_accel::{BuildConfig, BuildError};
 use vastlight_math::{Aabb, Vec3};
-use vastlight_scene::{Content, Image, InstanceNames, MeshExtent, Scene, SceneDesc, Texels};
+use vastlight_scene::{Content, Image, InstanceNames, MeshExtent, Motion, Scene, SceneDesc, Texels};
 
 /// Number of [`Tables`].
 const TABLES: usize = 10;
@@ -245,6 +246,14 @@ impl StoreWriter {
         self.put_mesh(mesh, |tables| &mut tables.meshes)
     }
 
+    /// Adds the next mesh as one that has no pages, since its vertices move: its geometry stays in the scene.
+    pub fn add_deforming(&mut self, extent: MeshExtent) {
+        let layout = AttributeLayout::default();
+        let about = About { layout, strategy: DEFORMS, extent };
+        let first_page = self.tables.geometry.len() as u32;
+        self.tables.meshes.push(&CompactMesh::EMPTY, &about, (first_page, 0), std::iter::empty());
+    }
+
     /// Adds a part of the next mesh, which [`join_parts`](Self::join_parts) ends.
     ///
     /// # Errors
@@ -261,7 +270,7 @@ impl StoreWriter {
         let first_page = self.tables.geometry.len() as u32;
         self.put_pages(mesh)?;
         let PackedMesh { above, layout, strategy, extent, .. } = mesh;
-        let about = About { layout: *layout, strategy: *strategy, extent: *extent };
+        let about = About { layout: *layout, strategy: *strategy as u32, extent: *extent };
         let roots = above.roots.iter().map(|root| root.moved(first_page));
         trees(&mut self.tables).push(above, &about, (first_page, mesh.pages.len() as u32), roots);
         Ok(())
@@ -285,17 +294,13 @@ impl StoreWriter {
         let (Some(above), Some(first)) = (above, rows.first()) else {
             return Err(StoreError::pack(name, "it has no parts".into()));
         };
-        let strategy = if first.strategy == PageStrategy::Blocks as u32 {
-            PageStrategy::Blocks
-        } else {
-            PageStrategy::Treelets
-        };
         let boxes = rows.iter().map(object_bounds);
         let extent = MeshExtent {
             bounds: boxes.fold(Aabb::EMPTY, Aabb::union),
             triangles: rows.iter().map(|row| row.triangles).sum(),
         };
-        let about = About { layout: AttributeLayout(first.attributes), strategy, extent };
+        let layout = AttributeLayout(first.attributes);
+        let about = About { layout, strategy: first.strategy, extent };
         let pages = (first.first_page, rows.iter().map(|row| row.pages).sum());
         self.joined_parts = self.tables.parts.rows.len();
         self.tables.meshes.push(&above, &about, pages, above.roots.iter().copied());
@@ -379,10 +384,10 @@ impl StoreWriter {
     }
 
     /// Writes the rest, and gives the store its name. The meshes of `scene` are those that were added; the geometry that it
-    /// has itself stays resident. `sources` says what the scene was made of.
+    /// has itself stays resident, and so does the record of what moves it. `sources` says what the scene was made of.
     ///
     /// # Errors
-    /// If the file cannot be written.
+    /// If the file cannot be written, or what moves the scene cannot be kept.
     pub fn finish(mut self, scene: Scene, sources: &[SourceFile]) -> Result<StoreSize, StoreError> {
         let (textures, tiles) = (std::mem::take(&mut self.textures), std::mem::take(&mut self.tiles));
         let triangles = self.tables.meshes.rows.iter().map(|mesh| mesh.triangles).sum();
@@ -395,6 +400,10 @@ impl StoreWriter {
         let of_page = [&tables.attributes_of_page[..], &[tables.attributes.len() as u32]].concat();
         let sources = postcard::to_stdvec(sources);
         let sources = sources.map_err(|error| StoreError::pack("sources", error.to_string()))?;
+        let motion = scene.motion().map(|motion| recorded(&**motion)).transpose()?;
+        let movement = motion
+            .iter()
+            .flat_map(|(who, movement)| [(Section::Motion, &who[..]), (Section::Movement, &movement[..])]);
         let sections: [(Section, &[u8]); 13] = [
             (Section::Meshes, cast_slice(&tables.meshes.rows)),
             (Section::Nodes, cast_slice(&tables.meshes.nodes)),
@@ -411,7 +420,8 @@ impl StoreWriter {
             (Section::Sources, &sources),
         ];
         let put = |(kind, bytes): (Section, &[u8])| self.put_section(kind, bytes);
-        let mut rows = sections.into_iter().map(put).collect::<Result<Vec<SectionRow>, StoreError>>()?;
+        let mut rows =
+            sections.into_iter().chain(movement).map(put).collect::<Result<Vec<SectionRow>, StoreError>>()?;
         rows.push(self.put_scene(scene)?);
         let in_pages = |pages: &[EntryRow]| pages.iter().map(|page| u64::from(page.bytes)).sum::<u64>();
         self.finish_file(&rows)?;
@@ -506,6 +516,14 @@ impl StoreWriter {
     }
 }
 
+/// The two sections of a movement.
+fn recorded(motion: &dyn Motion) -> Result<(Vec<u8>, Vec<u8>), StoreError> {
+    let cannot = |what: String| StoreError::pack("motion", what);
+    let record = motion.record().ok_or_else(|| cannot("this movement cannot be kept in a store".into()))?;
+    let who = postcard::to_stdvec(&(&record.kind, &record.numbers));
+    Ok((who.map_err(|error| cannot(error.to_string()))?, record.bytes))
+}
+
 /// Sums what is written.
 struct Summed<'f> {
     file: &'f mut BufWriter<File>,
@@ -529,7 +547,8 @@ impl Write for Summed<'_> {
 /// What is known of a mesh besides its tree.
 struct About {
     layout: AttributeLayout,
-    strategy: PageStrategy,
+    /// As a row has it.
+    strategy: u32,
     extent: MeshExtent,
 }
 
@@ -552,7 +571,7 @@ fn mesh_row(above: &CompactMesh, about: &About, places: [u32; 4]) -> MeshRow {
         extent: above.extent,
         scale: above.scale,
         attributes: about.layout.0,
-        strategy: about.strategy as u32,
+        strategy: about.strategy,
     }
 }
 

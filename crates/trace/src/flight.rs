@@ -337,6 +337,8 @@ impl<'a, S: Simd8> Flight<'a, S> {
         self.t_min = self.ray.t_min / scaled.t_scale;
         let mut begin = self.t_min;
         if F::PAGED {
+            // Known once the flight comes to a page; a mesh beside them has none.
+            self.page = Hit::NONE;
             self.boxes = boxes;
             begin = begin.max(self.restart.entry() / scaled.t_scale);
         }

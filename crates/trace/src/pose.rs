@@ -88,6 +88,9 @@ impl Tracer {
         if self.follows() {
             report.meshes = self.follow_meshes(scene, &change)?;
             report.top_ms = self.follow_instances(scene, &change)?;
+        } else if self.over_pages {
+            self.place_again(scene)?;
+            report.top_ms = milliseconds(start.elapsed()) - scene_ms;
         } else {
             *self = Self::new(scene, &self.config)?;
             report.top_ms = milliseconds(start.elapsed()) - scene_ms;
@@ -112,7 +115,19 @@ impl Tracer {
 
     /// Whether the structures can be updated; others are built anew.
     fn follows(&self) -> bool {
-        self.kd.is_none() && self.config.layout == Layout::Wide && self.config.top == TopLevel::Tree
+        let is_wide = self.over_pages || self.config.layout == Layout::Wide;
+        self.kd.is_none() && is_wide && self.config.top == TopLevel::Tree
+    }
+
+    /// Builds a grid over pages anew.
+    fn place_again(&mut self, scene: &Scene) -> Result<(), TraceError> {
+        let (config, meshes) = (self.config.clone(), std::mem::take(&mut self.meshes));
+        let top = (self.report.accel, config.top);
+        let placed = Self::place(scene, top, meshes, |_| 1.0, &self.build_config())?;
+        *self = placed;
+        self.bundles &= !config.single_rays;
+        (self.config, self.over_pages) = (config, true);
+        Ok(())
     }
 
     /// Updates the structures of meshes with other vertices.

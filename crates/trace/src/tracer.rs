@@ -143,6 +143,8 @@ pub struct Tracer {
     /// Once the scene was posed: what moves, in the top level.
     pub(crate) movers: Option<Movers>,
     pub(crate) config: TracerConfig,
+    /// Whether pages come from elsewhere.
+    pub(crate) over_pages: bool,
     /// Memory for building what moves.
     pub(crate) scratch: Scratch,
     /// What tracing takes between poses; 0 where nobody said.
@@ -242,29 +244,36 @@ impl Tracer {
         Ok(tracer)
     }
 
-    /// A tracer of `scene` whose meshes are given as what is above their pages, in the order of the scene's. The pages
-    /// come from elsewhere: see [`crate::paged`].
+    /// A tracer of `scene` whose meshes are given as what is above their pages, in the order of the scene's; those without
+    /// pages are built of the scene's. The pages come from elsewhere: see [`crate::paged`].
     ///
     /// # Errors
     /// [`TraceError::Build`] for an unknown builder.
     pub fn over_pages(
         scene: &Scene,
-        meshes: Vec<Arc<CompactMesh>>,
+        meshes: Vec<Option<Arc<CompactMesh>>>,
         config: &TracerConfig,
     ) -> Result<Self, TraceError> {
         let start = Instant::now();
         let accel = resolve(&config.accel)?;
         let build = BuildConfig { level: config.level.unwrap_or_default(), ..BuildConfig::default() };
         refuse_shutter(scene, "stores")?;
-        let meshes = meshes.into_iter().map(MeshTree::Compact).collect();
+        let mut scratch = Scratch::default();
+        let used = used_meshes(scene).into_iter().zip(meshes);
+        let tree = |(mesh, above): (Option<&Mesh>, Option<Arc<CompactMesh>>)| match above {
+            Some(above) => Ok(MeshTree::Compact(above)),
+            None => Ok(MeshTree::Wide(MeshBvh::build(accel, &view(mesh), &build, &mut scratch)?.0)),
+        };
+        let meshes = used.map(tree).collect::<Result<_, BuildError>>()?;
         let mut tracer = Self::place(scene, (accel, config.top), meshes, |_| 1.0, &build)?;
         tracer.bundles &= !config.single_rays;
+        (tracer.config, tracer.over_pages) = (config.clone(), true);
         tracer.report.build_ms = milliseconds(start.elapsed());
         Ok(tracer)
     }
 
     /// Builds what is above the meshes; `costs` says what rays through a mesh cost.
-    fn place(
+    pub(crate) fn place(
         scene: &Scene,
         (accel, level): (&'static str, TopLevel),
         meshes: Vec<MeshTree>,
@@ -303,6 +312,7 @@ impl Tracer {
             vertices_move: false,
             movers: None,
             config: TracerConfig::default(),
+            over_pages: false,
             scratch: Scratch::default(),
             trace_ms: 0.0,
             level: build.level,
@@ -350,6 +360,7 @@ impl Tracer {
             vertices_move: false,
             movers: None,
             config: TracerConfig::default(),
+            over_pages: false,
             scratch: Scratch::default(),
             trace_ms: 0.0,
             level,

@@ -67,6 +67,61 @@ impl Corners for MeshCorners<'_> {
     }
 }
 
+/// Corners wherever they are.
+pub(crate) enum HitCorners<'a> {
+    Mesh(MeshCorners<'a>),
+    Page(PageCorners<'a>),
+}
+
+impl<'a> HitCorners<'a> {
+    /// Those in a page, or where there is none those in the mesh.
+    pub(crate) fn new(page: Option<PageCorners<'a>>, mesh: &'a Mesh, hit: &Hit) -> Self {
+        page.map_or_else(|| Self::Mesh(MeshCorners::new(mesh, hit)), Self::Page)
+    }
+
+    /// Those in a page.
+    pub(crate) fn page(self) -> Option<PageCorners<'a>> {
+        if let Self::Page(corners) = self { Some(corners) } else { None }
+    }
+}
+
+impl Corners for HitCorners<'_> {
+    fn points(&self) -> [Vec3; 3] {
+        match self {
+            Self::Mesh(corners) => corners.points(),
+            Self::Page(corners) => corners.points(),
+        }
+    }
+
+    fn normals(&self) -> Option<[Vec3; 3]> {
+        match self {
+            Self::Mesh(corners) => corners.normals(),
+            Self::Page(corners) => corners.normals(),
+        }
+    }
+
+    fn tangents(&self) -> Option<[Vec4; 3]> {
+        match self {
+            Self::Mesh(corners) => corners.tangents(),
+            Self::Page(corners) => corners.tangents(),
+        }
+    }
+
+    fn colors(&self) -> Option<[Vec4; 3]> {
+        match self {
+            Self::Mesh(corners) => corners.colors(),
+            Self::Page(corners) => corners.colors(),
+        }
+    }
+
+    fn uvs(&self, set: usize) -> Option<[Vec2; 3]> {
+        match self {
+            Self::Mesh(corners) => corners.uvs(set),
+            Self::Page(corners) => corners.uvs(set),
+        }
+    }
+}
+
 /// Corners that were found in pages.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PageCorners<'r> {

@@ -1,7 +1,7 @@
 //! Scenes whose meshes come page by page: hits, and what their triangles' corners have.
 
 use crate::cone::Cone;
-use crate::corners::PageCorners;
+use crate::corners::{HitCorners, PageCorners};
 use crate::material::{Evaluated, MaterialTable, ShadingPoint};
 use crate::surface::{attributes, mesh_of};
 use crate::texture::TileAccess;
@@ -56,7 +56,7 @@ pub enum PagesError {
 }
 
 impl Context<'_> {
-    /// The corners of a triangle that was found in a page, with their attributes in `records`; an error with the page of
+    /// The corners of a triangle that was found, with the attributes of one in a page in `records`; an error with the page of
     /// attributes that is not in memory.
     pub(crate) fn corners<'r>(
         &self,
@@ -64,13 +64,19 @@ impl Context<'_> {
         found: &Found,
         attributes: &Table,
         records: &'r mut [f32; MOST_FLOATS],
-    ) -> Result<PageCorners<'r>, u32> {
+    ) -> Result<HitCorners<'r>, u32>
+    where
+        Self: 'r,
+    {
+        if found.page == Hit::NONE {
+            return Ok(HitCorners::new(None, mesh_of(self.scene, hit), hit));
+        }
         let layout = self.layout_of(hit);
         if let Some((page, number)) = self.attributes_at(layout, found) {
             let bytes = attributes.page(page).ok_or(page)?;
             read_corners(bytes, layout, number, records);
         }
-        Ok(PageCorners { points: found.corners, layout, records })
+        Ok(HitCorners::Page(PageCorners { points: found.corners, layout, records }))
     }
 
     /// Which attributes the mesh has that was hit.
@@ -85,10 +91,11 @@ impl Context<'_> {
     }
 }
 
-/// What is known of a triangle that was hit in a page.
+/// What is known of a triangle that was hit in a scene of pages.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PageHit<'a> {
-    pub(crate) corners: PageCorners<'a>,
+    /// None where the triangle is in no page.
+    pub(crate) corners: Option<PageCorners<'a>>,
     /// The material there, where its textures are in tiles.
     pub(crate) evaluated: Option<&'a Evaluated>,
 }
@@ -130,9 +137,10 @@ impl Gathered {
     }
 
     #[inline]
-    fn at(&self, ray: usize, found: &Found) -> PageCorners<'_> {
+    fn at(&self, ray: usize, found: &Found) -> Option<PageCorners<'_>> {
         let records = &self.records[ray * self.each..(ray + 1) * self.each];
-        PageCorners { points: found.corners, layout: self.layouts[ray], records }
+        let corners = PageCorners { points: found.corners, layout: self.layouts[ray], records };
+        (found.page != Hit::NONE).then_some(corners)
     }
 
     /// The layout of a ray's hit, and room for its records.
@@ -290,8 +298,9 @@ impl PageWalk {
             |&i: &u32| hits[i as usize].is_hit() && materials.is_in_tiles(material_of(&hits[i as usize]));
         self.waiting.clear();
         self.waiting.extend((0..hits.len() as u32).filter(in_tiles));
-        let evaluate = |i: usize, corners: &PageCorners<'_>, access: &mut TileAccess<'_>| {
+        let evaluate = |i: usize, page: Option<PageCorners<'_>>, access: &mut TileAccess<'_>| {
             let (hit, ray) = (&hits[i], &rays[i]);
+            let corners = &HitCorners::new(page, mesh_of(context.scene, hit), hit);
             let material = material_of(hit);
             let uv_sets = materials.uv_sets(material);
             let map = context.scene.instances().map(hit.instance as usize);
@@ -313,7 +322,7 @@ impl PageWalk {
     /// Evaluates what it can, and collects the tiles that are not in memory, no more than a fetch brings.
     fn evaluate_present(
         &mut self,
-        evaluate: &impl Fn(usize, &PageCorners<'_>, &mut TileAccess<'_>) -> Evaluated,
+        evaluate: &impl Fn(usize, Option<PageCorners<'_>>, &mut TileAccess<'_>) -> Evaluated,
     ) {
         let Self { pager, found, gathered, waiting, wanted, evaluated, tile_quota, .. } = self;
         wanted.clear();
@@ -324,7 +333,7 @@ impl PageWalk {
                 return true;
             }
             let mut access = TileAccess::new(&table, &mut touched);
-            let result = evaluate(i, &gathered.at(i, &found[i]), &mut access);
+            let result = evaluate(i, gathered.at(i, &found[i]), &mut access);
             if access.is_missing() {
                 // Of the first all, so that they stay; of others what is missing.
                 let first = wanted.is_empty();

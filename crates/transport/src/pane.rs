@@ -38,7 +38,7 @@ impl ShadowFilter<'_> {
     /// The channels that the pane at a hit blocks.
     fn blocks(&self, ray: usize, hit: &Hit, corners: Option<PageCorners<'_>>) -> u8 {
         // The textures of panes are in memory.
-        let page = corners.map(|corners| PageHit { corners, evaluated: None });
+        let page = corners.map(|corners| PageHit { corners: Some(corners), evaluated: None });
         let (mut own_material, mut own_bsdf) = (None, None);
         let vertex =
             Vertex::new(self.alpha.context, (&self.rays[ray], Cone::RAY), hit, page, &mut own_material);
@@ -82,7 +82,7 @@ impl PagedFilter for ShadowFilter<'_> {
             Err(page) => return Verdict::Unknown(page),
         };
         let passes = veils.alpha && !self.alpha.is_there(ray, hit, &corners)
-            || veils.pane && !self.is_blocked(ray, self.blocks(ray, hit, Some(corners)));
+            || veils.pane && !self.is_blocked(ray, self.blocks(ray, hit, corners.page()));
         if passes { Verdict::Passes } else { Verdict::Counts }
     }
 }

@@ -34,7 +34,7 @@ pub(crate) struct Vertex<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// `page` is what is known of the hit triangle where its mesh is not in memory; `own` takes the material where it is not the
+    /// `page` is what is known of the hit triangle where meshes are in pages; `own` takes the material where it is not the
     /// same everywhere.
     #[inline(always)]
     pub(crate) fn new(
@@ -53,9 +53,9 @@ impl<'a> Vertex<'a> {
             let map = context.scene.instances().map(hit.instance as usize);
             let placement = context.placements.get(map, hit.instance);
             let place = (map, &placement);
-            match (page, &mesh.implicit) {
-                (Some(page), _) => {
-                    surface_in_page(place, (ray, cone), hit, &page.corners, uv_sets, with_tangent)
+            match (page.and_then(|page| page.corners), &mesh.implicit) {
+                (Some(corners), _) => {
+                    surface_in_page(place, (ray, cone), hit, &corners, uv_sets, with_tangent)
                 }
                 (None, None) => {
                     let corners = MeshCorners::new(mesh, hit);

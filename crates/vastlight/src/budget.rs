@@ -72,7 +72,7 @@ impl PackBudget {
             return Ok(());
         }
         let what = format!(
-            "it shines or needs tangents, so it must be in memory: about {} are needed, there is room for {}",
+            "it deforms, shines or needs tangents, so it must be in memory: about {} are needed, there is room for {}",
             human_bytes(needed),
             human_bytes(self.room)
         );

@@ -28,6 +28,7 @@ mod load;
 mod manifest;
 mod memory;
 mod merge;
+mod motion;
 mod moving;
 mod ooc;
 mod open;
@@ -43,7 +44,7 @@ mod textures;
 
 pub use blurred::{ShutterFigures, measure_shutter};
 pub use budget::check_fits;
-pub use cached::cached_store;
+pub use cached::{CachedStore, cached_store};
 pub use camera::CameraChoice;
 pub use denoise::Denoising;
 pub use device::{Device, DeviceRequest, paths_in_flight};

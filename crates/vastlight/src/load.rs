@@ -57,11 +57,16 @@ pub fn load(source: &str, options: &LoadOptions) -> Result<Scene, Error> {
 /// The scene of a description at the moment of the options. What a scene gets of its own, such as a camera, it gets at rest.
 pub(crate) fn posed(desc: SceneDesc, source: &str, options: &LoadOptions) -> Result<Scene, Error> {
     let mut scene = Scene::new(desc)?;
-    if let Some(time) = options.time.filter(|_| !is_made_for_its_moment(source)) {
-        let motion = scene.motion().cloned().ok_or_else(|| nothing_moves(source))?;
-        scene.pose(motion.pose(time)?)?;
-    }
+    bring_to(&mut scene, options.time.filter(|_| !is_made_for_its_moment(source)), source)?;
     Ok(scene)
+}
+
+/// Brings a scene at rest to a moment, if there is one.
+pub(crate) fn bring_to(scene: &mut Scene, time: Option<f32>, source: &str) -> Result<(), Error> {
+    let Some(time) = time else { return Ok(()) };
+    let motion = scene.motion().cloned().ok_or_else(|| nothing_moves(source))?;
+    scene.pose(motion.pose(time)?)?;
+    Ok(())
 }
 
 /// A scene mesh by mesh: a file, or `demo:NAME`.
@@ -180,13 +185,13 @@ fn placed(sources: &[String]) -> Result<Vec<Placed>, Error> {
     Ok(files)
 }
 
-/// All files together, at the moment of the options, which one of them must have.
+/// All files together, at the moment of the options, which one of them must have. Without one, a single file keeps what moves it.
 fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error> {
     let mut merged = Merged::default();
-    let mut moves = false;
+    let (mut moves, mut still, mut motion) = (false, Vec::new(), None);
     for Placed { source, transforms } in placed {
         let path = Path::new(source);
-        let scene = match (source.strip_prefix("demo:"), options.time) {
+        let mut scene: Streamed = match (source.strip_prefix("demo:"), options.time) {
             (Some(name), _) => {
                 moves |= generate::moves(name);
                 generate::stream(name, &options.demo())?.into()
@@ -199,11 +204,48 @@ fn streamed(placed: &[Placed], options: &LoadOptions) -> Result<Streamed, Error>
             }
             (None, None) => vastlight_import::stream(path, &options.import)?,
         };
+        let own = scene.stream.desc.motion.take();
+        let is_alone = placed.len() == 1 && transforms[..] == [Affine3::IDENTITY];
+        if options.time.is_none() && stands_still(source, options, own.is_some(), is_alone)? {
+            still.push(source);
+        }
+        motion = own.filter(|_| is_alone && options.time.is_none());
         merged.add(scene, transforms.clone());
     }
-    match placed {
-        [first, ..] if options.time.is_some() && !moves => Err(nothing_moves(&first.source)),
-        _ => Ok(merged.finish()),
+    let mut all = match placed {
+        [first, ..] if options.time.is_some() && !moves => return Err(nothing_moves(&first.source)),
+        _ => merged.finish(),
+    };
+    all.stream.desc.motion = motion;
+    for source in still {
+        let what = "what moves here stands still: a store, a manifest and several scenes together keep the movement of a single \
+                    glTF file or demo alone";
+        all.stream.desc.diagnostics.warn(what, source, "--time S takes another moment than the first");
+    }
+    Ok(all)
+}
+
+/// Whether a source moves, and that is not kept.
+fn stands_still(source: &str, options: &LoadOptions, moves: bool, is_alone: bool) -> Result<bool, Error> {
+    if moves {
+        return Ok(!is_alone);
+    }
+    match source.strip_prefix("demo:") {
+        Some(name) => Ok(generate::moves(name)),
+        None => is_sequence(source, options),
+    }
+}
+
+/// Whether a source is a sequence of files.
+fn is_sequence(source: &str, options: &LoadOptions) -> Result<bool, Error> {
+    Ok(vastlight_import::files_of(Path::new(source), &options.import.limits)?.len() > 1)
+}
+
+/// Whether a store of a source at rest has all moments, as far as its name says.
+pub(crate) fn keeps_motion(source: &str, options: &LoadOptions) -> Result<bool, Error> {
+    match source.strip_prefix("demo:") {
+        Some(name) => Ok(generate::has_motion(name)),
+        None => Ok(!is_manifest(source) && !is_sequence(source, options)?),
     }
 }
 

@@ -23,6 +23,16 @@ pub struct MemoryEstimate {
     pub device: u64,
 }
 
+/// Bytes of a mesh of so many triangles beside the pages of a store, at its largest, while it follows a pose.
+pub(crate) fn moving_bytes(triangles: u64) -> u64 {
+    triangles * (MOVING_BYTES_PER_TRIANGLE + POSE_BYTES_PER_TRIANGLE)
+}
+
+/// Bytes of the structure of so many triangles.
+pub(crate) fn structure_bytes(triangles: u64) -> u64 {
+    triangles * STRUCTURE_BYTES_PER_TRIANGLE
+}
+
 /// Bytes of the acceleration structure a unique triangle, the builder's working memory included.
 const STRUCTURE_BYTES_PER_TRIANGLE: u64 = 150;
 /// Bytes of what updates keep and work with besides, a triangle that moves, and of a pose.

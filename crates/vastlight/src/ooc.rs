@@ -70,7 +70,7 @@ impl Parts<'_> {
         let Some(stored) = &open.stored else {
             return Err(Error::usage("the scene is in memory", "", "pack it to a store first"));
         };
-        let caches = paged::caches(stored, request, materials.most_tiles())?;
+        let caches = paged::caches((stored, open.triangles_beside_pages()), request, materials.most_tiles())?;
         let renderer = Renderer::new(&open.scene, tracer, materials, lights, request.settings.clone());
         let renderer = renderer.with_pages(paged::through(stored, &caches, &request.paging));
         let ids = Ids::new(&open.scene, &[]);

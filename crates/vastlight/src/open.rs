@@ -1,6 +1,6 @@
 //! Scenes as they are opened: in memory, or as a store whose pages come when they are needed.
 
-use crate::load::{LoadOptions, adapt, describe, posed};
+use crate::load::{LoadOptions, adapt, bring_to, describe, posed};
 use crate::{Error, ErrorClass};
 use std::path::Path;
 use std::sync::Arc;
@@ -24,6 +24,13 @@ pub struct OpenScene {
 }
 
 impl OpenScene {
+    /// Triangles of the meshes that are in memory beside the pages of a store, since they deform.
+    #[must_use]
+    pub fn triangles_beside_pages(&self) -> u64 {
+        let meshes = self.stored.iter().flat_map(|stored| &stored.meshes).zip(self.scene.extents());
+        meshes.filter(|(above, _)| above.is_none()).map(|(_, extent)| extent.triangles).sum()
+    }
+
     /// The scene's materials, ready for lookups.
     pub(crate) fn materials(&self) -> MaterialTable<'_> {
         let textures = self.stored.as_ref().map_or(&[][..], |stored| &stored.textures);
@@ -86,10 +93,17 @@ pub fn is_store(source: &str) -> bool {
 /// # Errors
 /// If it cannot be read or is damaged, or an override names what is not there.
 pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<OpenScene, Error> {
-    let Store { mut desc, instances, extents, pages } = Store::open(source)?;
+    if let Some(animation) = &options.import.animation {
+        let what = format!("a store keeps one animation, and \"{animation}\" cannot be chosen any more");
+        return Err(Error::usage(what, "--animation", "choose it when the scene is packed"));
+    }
+    let Store { mut desc, instances, extents, motion, pages } = Store::open(source)?;
     adapt(&mut desc, options)?;
+    desc.motion = motion.map(|record| crate::motion::read(record, &desc)).transpose()?;
+    let deforming = (0..).zip(&pages.meshes).filter(|(_, above)| above.is_none());
+    let deforming: Vec<u32> = deforming.map(|(number, _)| number).collect();
     let count = instances.len();
-    let scene = Scene::with_meshes_elsewhere(desc, instances, extents)?;
+    let mut scene = Scene::with_meshes_elsewhere(desc, instances, extents, &deforming)?;
     let name = pages.source.name();
     if scene.instances().len() != count {
         return Err(Error::scene(
@@ -106,6 +120,7 @@ pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<Open
         let what = format!("a material needs image \"{image}\" as a whole, but its texels are in tiles");
         return Err(Error::usage(what, name, "pack the scene with this override"));
     }
+    bring_to(&mut scene, options.time, name)?;
     Ok(OpenScene { scene, stored: Some(pages) })
 }
 

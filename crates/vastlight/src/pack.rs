@@ -13,8 +13,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use vastlight_accel::Scratch;
 use vastlight_scene::{
-    Diagnostic, Instances, LargeMesh, Material, Mesh, MeshPreparation, Piece, PieceInstance, Scene,
-    SceneDesc, SceneError, SceneStream,
+    Diagnostic, Instances, LargeMesh, Material, Mesh, MeshExtent, MeshPreparation, Piece, PieceInstance,
+    Scene, SceneDesc, SceneError, SceneStream,
 };
 use vastlight_store::{
     MOST_PAGE_BYTES, PackConfig, PackedMesh, SourceFile, Spool, SpooledMesh, StoreSize, StoreWriter,
@@ -189,6 +189,8 @@ struct Packing<'c> {
     large: bool,
     /// Of those whose turn it is, how many are done.
     meshes_done: usize,
+    /// Meshes whose vertices move, ascending: they stay in memory, and have no pages.
+    deforming: Vec<u32>,
 }
 
 impl<'c> Packing<'c> {
@@ -217,6 +219,7 @@ impl<'c> Packing<'c> {
             done: PackProgress { triangles: 0, total: input.triangles(), resumed: 0 },
             large: false,
             meshes_done: 0,
+            deforming: Vec::new(),
         })
     }
 
@@ -227,12 +230,28 @@ impl<'c> Packing<'c> {
             self.desc.materials.push(Material::new("neutral"));
         }
         self.preparation = MeshPreparation::new(&self.desc);
+        self.keep_motion()?;
         // Tiles stand before all meshes, and are made again when a pack goes on: the same bytes at the same place.
         let check = || self.control.check_cancel();
         textures::pack(&mut self.desc, stream.rows, self.config.tile_bytes, &mut self.writer, &check)?;
         self.run(stream.pieces, large)?;
         let (desc, instances) = (std::mem::take(&mut self.desc), std::mem::take(&mut self.instances));
-        Ok(Scene::with_meshes_elsewhere(desc, instances, self.writer.extents())?)
+        Ok(Scene::with_meshes_elsewhere(desc, instances, self.writer.extents(), &self.deforming)?)
+    }
+
+    /// Notes which meshes deform. A movement that cannot be kept is left out with a warning.
+    fn keep_motion(&mut self) -> Result<(), Error> {
+        let Some(motion) = self.desc.motion.clone() else { return Ok(()) };
+        let Some(record) = motion.record() else {
+            self.desc.motion = None;
+            let what = "what moves stands still: a store cannot keep this movement";
+            self.desc.diagnostics.warn(what, "motion", "--time S takes another moment than the first");
+            return Ok(());
+        };
+        self.budget.hold(record.bytes.len() as u64);
+        self.deforming = motion.pose(0.0)?.meshes.iter().map(|posed| posed.mesh).collect();
+        self.deforming.sort_unstable();
+        Ok(())
     }
 
     fn run(&mut self, mut pieces: vastlight_scene::Pieces, large: Vec<LargeMesh>) -> Result<(), Error> {
@@ -271,6 +290,11 @@ impl<'c> Packing<'c> {
 
     /// Adds a piece to those that are packed side by side, and packs them when there are enough.
     fn add_piece(&mut self, piece: Piece, batch: &mut Vec<Piece>) -> Result<(), Error> {
+        let number = self.desc.meshes.len() + batch.len();
+        if self.deforming.binary_search(&(number as u32)).is_ok() {
+            self.add(batch)?;
+            return self.add_deforming(piece);
+        }
         let waiting: usize = batch.iter().map(|piece| piece.mesh.triangles.len()).sum();
         let placed: usize = batch.iter().map(|piece| piece.instances.len()).sum();
         let triangles = piece.mesh.triangles.len();
@@ -303,6 +327,18 @@ impl<'c> Packing<'c> {
             kept.push(self.kept(piece, found));
         }
         self.note(Step::Meshes(kept))
+    }
+
+    /// Adds a mesh whose vertices move, as it was described: it is prepared at each moment.
+    fn add_deforming(&mut self, piece: Piece) -> Result<(), Error> {
+        self.budget.check_whole(piece.mesh.triangles.len() as u64, &piece.mesh.name)?;
+        let mut prepared = piece.mesh.clone();
+        let found = self.preparation.prepare(&mut prepared)?;
+        let triangles = prepared.triangles.len() as u64;
+        self.writer.add_deforming(MeshExtent { bounds: prepared.bounds(), triangles });
+        let mesh = piece.mesh.clone();
+        let kept = Kept { mesh, ..self.kept(piece, found) };
+        self.note(Step::Meshes(vec![kept]))
     }
 
     /// What stays in memory of a piece.

@@ -1,6 +1,8 @@
 //! Memory and threads for a scene in a store.
 
-use crate::memory::{budget_bytes, film_bytes, photon_bytes, refuse_beyond, rss_bytes};
+use crate::memory::{
+    budget_bytes, film_bytes, moving_bytes, photon_bytes, refuse_beyond, rss_bytes, structure_bytes,
+};
 use crate::{Error, ErrorClass, OpenScene, RenderRequest, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
@@ -99,17 +101,23 @@ pub(crate) fn through<'a>(
 }
 
 /// The caches that fit into what is left of the memory; to be called on the pool when all else is there. The evaluation of a
-/// material needs `most_tiles` tiles of textures at once.
+/// material needs `most_tiles` tiles of textures at once; meshes of `beside` triangles follow poses beside the pages.
 pub(crate) fn caches(
-    stored: &StoredPages,
+    (stored, beside): (&StoredPages, u64),
     request: &RenderRequest,
     most_tiles: usize,
 ) -> Result<Caches, Error> {
-    let kinds = Kinds::new(stored, &request.paging, most_tiles);
+    let kinds = Kinds::new((stored, moving_bytes(beside)), &request.paging, most_tiles);
     match request.paging.cache_fraction {
         Some(fraction) => kinds.part(fraction, request.paging.tile_memory),
         None => kinds.within(request),
     }
+}
+
+/// Refuses a picture for which there is no room, before meshes of `beside` triangles that are in memory get their structures.
+pub(crate) fn check((stored, beside): (&StoredPages, u64), request: &RenderRequest) -> Result<(), Error> {
+    let to_come = structure_bytes(beside) + moving_bytes(beside);
+    Kinds::new((stored, to_come), &request.paging, 0).room(request).map(|_| ())
 }
 
 /// What pictures of a scene in a store need, in bytes.
@@ -129,7 +137,9 @@ pub fn stored_memory(open: &OpenScene, pixels: u64) -> Result<Option<StoredMemor
     let Some(stored) = &open.stored else { return Ok(None) };
     let paging = PagingRequest { memory: Some(0), ..PagingRequest::default() };
     Ok(Some(pool(&paging)?.install(|| {
-        let kinds = Kinds::new(stored, &paging, open.materials().most_tiles());
+        let beside = open.triangles_beside_pages();
+        let to_come = structure_bytes(beside) + moving_bytes(beside);
+        let kinds = Kinds::new((stored, to_come), &paging, open.materials().most_tiles());
         let all = [Some(&kinds.geometry), Some(&kinds.attributes), kinds.tiles.as_ref()];
         let least: u64 = all.iter().flatten().map(|pages| pages.least()).sum();
         let all_pages = all.iter().flatten().map(|pages| pages.most()).sum();
@@ -141,13 +151,15 @@ pub fn stored_memory(open: &OpenScene, pixels: u64) -> Result<Option<StoredMemor
 /// All kinds of pages of a store.
 struct Kinds<'s> {
     stored: &'s StoredPages,
+    /// Bytes that are to come for meshes beside the pages.
+    beside: u64,
     geometry: Pages<'s>,
     attributes: Pages<'s>,
     tiles: Option<Pages<'s>>,
 }
 
 impl<'s> Kinds<'s> {
-    fn new(stored: &'s StoredPages, paging: &PagingRequest, most_tiles: usize) -> Self {
+    fn new((stored, beside): (&'s StoredPages, u64), paging: &PagingRequest, most_tiles: usize) -> Self {
         let batches = rayon::current_num_threads();
         let limits = |slack, pages| CacheConfig {
             slack,
@@ -160,6 +172,7 @@ impl<'s> Kinds<'s> {
         let has_tiles = stored.tiles.pages() > 0;
         Self {
             stored,
+            beside,
             geometry: Pages::new(&stored.geometry, limits(SLACK, LEAST_PAGES[0])),
             attributes: Pages::new(&stored.attributes, limits(0, LEAST_PAGES[1])),
             tiles: has_tiles.then(|| Pages::new(&stored.tiles, limits(0, least_tiles))),
@@ -173,19 +186,26 @@ impl<'s> Kinds<'s> {
         self.caches([bytes_of(&self.geometry), bytes_of(&self.attributes), for_tiles])
     }
 
+    /// What a request's memory leaves for the caches.
+    fn room(&self, request: &RenderRequest) -> Result<u64, Error> {
+        let film = film_bytes(request.settings.region().pixels(), &request.aovs);
+        let fixed = self.fixed_bytes(film + photon_bytes(&request.settings), &request.paging);
+        let all = [Some(&self.geometry), Some(&self.attributes), self.tiles.as_ref()];
+        let least: u64 = all.iter().flatten().map(|pages| pages.least()).sum();
+        let budget = budget_bytes(request.paging.memory);
+        let needed = (fixed + least).max(peak_rss_bytes().unwrap_or(0));
+        let hint = "a larger --memory, fewer --threads or a smaller picture";
+        refuse_beyond(budget, needed, "at least", hint)?;
+        Ok(budget - fixed)
+    }
+
     /// Caches for what a request's memory leaves.
     fn within(&self, request: &RenderRequest) -> Result<Caches, Error> {
         let Self { geometry, attributes, tiles, .. } = self;
-        let film = film_bytes(request.settings.region().pixels(), &request.aovs);
-        let fixed = self.fixed_bytes(film + photon_bytes(&request.settings), &request.paging);
         let (least_of_tiles, most_of_tiles) = tiles.as_ref().map_or((0, 0), |t| (t.least(), t.most()));
         let least_of_others = geometry.least() + attributes.least();
         let most_of_others = geometry.most() + attributes.most();
-        let budget = budget_bytes(request.paging.memory);
-        let needed = (fixed + least_of_others + least_of_tiles).max(peak_rss_bytes().unwrap_or(0));
-        let hint = "a larger --memory, fewer --threads or a smaller picture";
-        refuse_beyond(budget, needed, "at least", hint)?;
-        let room = (budget - fixed).min(most_of_others + most_of_tiles);
+        let room = self.room(request)?.min(most_of_others + most_of_tiles);
         // What one kind does not need the others get.
         let for_tiles = (room / TILE_SHARE).max(room.saturating_sub(most_of_others));
         let for_tiles = request.paging.tile_memory.unwrap_or(for_tiles);
@@ -201,7 +221,7 @@ impl<'s> Kinds<'s> {
         let paths = rayon::current_num_threads() as u64 * paths_per_batch(self.stored, paging);
         let path_bytes = path_bytes(self.stored) + if self.tiles.is_some() { MATERIAL_BYTES } else { 0 };
         let buffers = 2 * self.stored.source.buffer_bytes(self.geometry.config.io_threads) as u64;
-        rss_bytes().unwrap_or(0) + film + paths * path_bytes + buffers + MARGIN
+        rss_bytes().unwrap_or(0) + self.beside + film + paths * path_bytes + buffers + MARGIN
     }
 
     fn caches(&self, [geometry, attributes, tiles]: [u64; 3]) -> Result<Caches, Error> {

@@ -170,6 +170,10 @@ fn on_graphics_processor(
     if open.scene.shutter().is_some() {
         return Ok(None);
     }
+    if open.triangles_beside_pages() > 0 {
+        let what = "meshes that deform beside the pages of a store are rendered by the CPU alone";
+        return request.device.refuse(what).map(|()| None);
+    }
     if kept.executor.is_none() {
         kept.executor = request.device.open()?;
     }
@@ -201,7 +205,7 @@ fn render_with(
     let caches = open
         .stored
         .as_ref()
-        .map(|stored| paged::caches(stored, request, materials.most_tiles()))
+        .map(|stored| paged::caches((stored, open.triangles_beside_pages()), request, materials.most_tiles()))
         .transpose()?;
     let renderer = match (&open.stored, &caches) {
         (Some(stored), Some(caches)) => renderer.with_pages(paged::through(stored, caches, &request.paging)),
@@ -261,7 +265,10 @@ fn render_with(
 pub(crate) fn tracer_of(open: &OpenScene, request: &RenderRequest) -> Result<Tracer, Error> {
     let tracer = match &open.stored {
         None => Tracer::new(&open.scene, &request.tracer),
-        Some(stored) => Tracer::over_pages(&open.scene, stored.meshes.clone(), &request.tracer),
+        Some(stored) => {
+            paged::check((stored, open.triangles_beside_pages()), request)?;
+            Tracer::over_pages(&open.scene, stored.meshes.clone(), &request.tracer)
+        }
     };
     tracer.map_err(|e| Error::new(ErrorClass::Usage, e.to_string(), "--accel", ""))
 }

@@ -19,9 +19,9 @@ use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Control, Denoising, Device, Ending, Error, ErrorClass, Exposure, MemoryEstimate, OpenScene,
-    PackControl, PackProgress, RenderRequest, Rendered, Session, Stats, cached_store, check_fits,
-    human_bytes,
+    CachedStore, CameraChoice, Control, Denoising, Device, Ending, Error, ErrorClass, Exposure, LoadOptions,
+    MemoryEstimate, OpenScene, PackControl, PackProgress, RenderRequest, Rendered, Session, Stats,
+    cached_store, check_fits, human_bytes,
 };
 
 /// The arguments of `render`.
@@ -269,7 +269,10 @@ impl Render {
         let store = cached_store(&self.scene.scene, &self.scene.options(common)?, cache, control)?;
         match store {
             // What options change is in the store already.
-            Some(store) => vastlight::open(&store.display().to_string(), &common.load_options()),
+            Some(CachedStore { path, time }) => {
+                let options = LoadOptions { time, ..common.load_options() };
+                vastlight::open(&path.display().to_string(), &options)
+            }
             None => self.scene.open(common),
         }
     }

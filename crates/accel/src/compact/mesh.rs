@@ -83,6 +83,18 @@ pub enum CompactError {
 }
 
 impl CompactMesh {
+    /// Without triangles.
+    pub const EMPTY: Self = Self {
+        nodes: Vec::new(),
+        roots: Vec::new(),
+        root: None,
+        levels: 0,
+        bounds: Aabb::EMPTY,
+        extent: 0.0,
+        scale: 1.0,
+        shares: PageBytes { nodes: 0, anchors: 0, corners: 0, vertices: 0, numbers: 0 },
+    };
+
     /// Most bytes of a page, unless chosen otherwise: with what must follow it in memory, 64 KiB.
     pub const SLOT: usize = (1 << 16) - SLACK;
 

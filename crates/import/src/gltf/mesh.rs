@@ -9,6 +9,7 @@ use super::primitive::{self, Corners, FromAccessors, Influences, Surface};
 use super::topology::Mode;
 use super::{morph, skin};
 use crate::Limits;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicU64, Ordering};
 use vastlight_math::{Affine3, Vec2, Vec3, Vec4};
@@ -63,13 +64,13 @@ impl Shape {
 
 impl Context {
     /// Whether vertices of a mesh move.
-    fn moves(&self, shape: &Shape) -> bool {
+    pub(super) fn moves(&self, shape: &Shape) -> bool {
         shape.track.is_some() || shape.skin.is_some_and(|skin| self.moving_skins.contains(&skin))
     }
 }
 
 /// The part of a mesh that a primitive is, before it is posed.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Base {
     /// Without texture coordinates and colours, which stay.
     surface: Surface,
@@ -93,6 +94,17 @@ impl Base {
             ..Surface::default()
         };
         Ok(Self { surface, ..Self::default() })
+    }
+
+    /// Whether it can be posed: triangles have vertices, and attributes are of all vertices.
+    pub(super) fn is_sound(&self) -> bool {
+        let Surface { positions, normals, tangents, uvs, colors, triangles, .. } = &self.surface;
+        let fits = |length: usize| length == 0 || length == positions.len();
+        triangles.iter().flatten().all(|&vertex| (vertex as usize) < positions.len())
+            && fits(normals.len())
+            && fits(tangents.len())
+            && uvs.is_empty()
+            && colors.is_empty()
     }
 
     fn posed(&self, weights: &[f32], joints: Option<&[Affine3]>) -> Surface {

@@ -45,6 +45,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use vastlight_scene::{Diagnostics, SceneDesc};
 
+pub use animation::motion;
 pub(crate) use stream::{file_size, stream};
 
 /// Reads a glTF or GLB file; also returns the files that it names.

@@ -3,6 +3,7 @@
 use super::accessor::{Data, Fault};
 use super::json::Json;
 use super::primitive::Surface;
+use serde::{Deserialize, Serialize};
 use vastlight_math::{Vec2, Vec3, Vec4};
 
 /// The weights that a still picture shows: the node's, else the mesh's, else none.
@@ -37,7 +38,7 @@ pub(super) fn apply(
 }
 
 /// Displacements of what poses a vertex.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Target {
     positions: Option<Vec<[f32; 3]>>,
     normals: Option<Vec<[f32; 3]>>,

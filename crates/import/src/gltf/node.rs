@@ -3,6 +3,7 @@
 use super::accessor::Data;
 use super::findings::Findings;
 use super::json::Json;
+use serde::{Deserialize, Serialize};
 use vastlight_math::Affine3;
 use vastlight_math::glam::{DAffine3, DMat4, DQuat, DVec3};
 
@@ -16,7 +17,7 @@ pub(super) struct Placed {
 }
 
 /// A node's transform relative to its parent in its parts.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Parts {
     pub(super) scale: DVec3,
     pub(super) rotation: DQuat,
@@ -76,7 +77,7 @@ pub(super) fn to_f32(transform: &DAffine3) -> Affine3 {
 }
 
 /// Copies of a node's mesh that EXT_mesh_gpu_instancing makes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Copies {
     count: usize,
     translations: Option<Vec<[f32; 3]>>,
@@ -88,6 +89,17 @@ impl Copies {
     /// How many there are.
     pub(super) fn len(&self) -> usize {
         self.count
+    }
+
+    /// Whether there is all that a copy has for each.
+    pub(super) fn is_sound(&self) -> bool {
+        let lengths = [
+            self.translations.as_ref().map(Vec::len),
+            self.rotations.as_ref().map(Vec::len),
+            self.scales.as_ref().map(Vec::len),
+        ];
+        let mut known = lengths.into_iter().flatten().peekable();
+        (known.peek().is_some() || self.count == 0) && known.all(|length| length == self.count)
     }
 
     /// The space of the node from that of a copy.

@@ -3,10 +3,11 @@
 use super::accessor::{Data, Fault};
 use super::json::Json;
 use super::topology::Mode;
+use serde::{Deserialize, Serialize};
 use vastlight_math::{Vec2, Vec3, Vec4};
 
 /// Vertices and triangles of one primitive. Attribute arrays are empty or as long as `positions`.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Surface {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,

@@ -5,11 +5,12 @@ use super::json::Json;
 use super::node;
 use super::primitive::{Influences, Surface};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use vastlight_math::glam::{DAffine3, DMat4};
 use vastlight_math::{Affine3, Mat3, Vec3};
 
 /// A skin's joints: the node of each, and its space from that of the mesh in its bind pose.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Skin {
     joints: Vec<(Option<usize>, DAffine3)>,
 }

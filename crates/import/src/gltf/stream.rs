@@ -1,16 +1,19 @@
 //! A scene mesh by mesh: tables and images first, and each mesh when it is asked for.
 
 use super::accessor::Data;
+use super::animation::Movement;
 use super::buffers::{self, Sources};
 use super::container::{self, Container};
 use super::findings::Findings;
 use super::json::{self, Json};
-use super::mesh::{self, Built, Shape};
+use super::mesh::{self, Built, Context, Shape};
 use super::model::Accessor;
 use super::topology::Mode;
 use super::{Parsed, image, meshopt, open, parse};
 use crate::texels::{Deferral, ImageSize};
 use crate::{FileSize, ImportError, LoadOptions, Streamed};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::path::Path;
 use vastlight_scene::{Diagnostics, Mesh, Piece, SceneError, SceneStream, read_ahead};
 
@@ -21,7 +24,7 @@ const TREE: u64 = 4;
 /// Bytes of a placement on its way: as the file has it, in the scene's table, and in that of its piece.
 const PLACED_BYTES: u64 = 104;
 
-/// The scene of [`super::load`] at rest, mesh by mesh; meshes that only movement tells apart are one.
+/// The scene of [`super::load`], mesh by mesh. Meshes that deform are made at once, for what moves them.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -30,8 +33,8 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     let mut findings = Findings::default();
     let place = path.display().to_string();
     let mut deferral = Deferral::of_large();
-    let parsed = parse(&file, path, (options, false), &mut deferral, &mut findings);
-    let Some(Parsed { mut desc, shapes, context, files, .. }) = parsed else {
+    let parsed = parse(&file, path, (options, true), &mut deferral, &mut findings);
+    let Some(Parsed { mut desc, shapes, context, files, mut movement }) = parsed else {
         let mut desc = vastlight_scene::SceneDesc::default();
         findings.report(&place, &mut desc.diagnostics);
         return Ok(SceneStream::from(desc).into());
@@ -40,9 +43,13 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
     let count = |shape: &Shape| triangles(&context.meshes[shape.mesh], |index| context.data.accessor(index));
     let triangles = shapes.iter().map(count).fold(0, u64::saturating_add);
     desc.meshes = vec![Mesh::default(); shapes.len()];
+    let mut deforming = build_deforming(&context, &shapes, &mut movement);
+    desc.motion = movement.finish(&desc);
     let SceneStream { desc, pieces: placements, .. } = desc.into();
-    let make = move |(shape, placed): (Shape, Result<Piece, SceneError>)| {
-        let Built { mesh, findings: found, .. } = mesh::build(&context, &shape);
+    let jobs = shapes.into_iter().zip(placements).enumerate();
+    let jobs = jobs.map(move |(number, (shape, placed))| (deforming.remove(&number), shape, placed));
+    let make = move |(built, shape, placed): (Option<Built>, Shape, Result<Piece, SceneError>)| {
+        let Built { mesh, findings: found, .. } = built.unwrap_or_else(|| mesh::build(&context, &shape));
         let mut diagnostics = Diagnostics::default();
         found.report(&place, &mut diagnostics);
         match diagnostics.first_error() {
@@ -50,9 +57,21 @@ pub(crate) fn stream(path: &Path, options: &LoadOptions) -> Result<Streamed, Imp
             None => Ok(Piece { mesh, diagnostics: diagnostics.items().to_vec(), ..placed? }),
         }
     };
-    let pieces = read_ahead(shapes.into_iter().zip(placements), AHEAD, make);
+    let pieces = read_ahead(jobs, AHEAD, make);
     let stream = SceneStream { desc, pieces, triangles: Some(triangles), rows: deferral.rows };
     Ok(Streamed { files, ..stream.into() })
+}
+
+/// The meshes whose vertices move, by number, without what poses them: the movement has that.
+fn build_deforming(context: &Context, shapes: &[Shape], movement: &mut Movement) -> BTreeMap<usize, Built> {
+    let moving: Vec<(usize, &Shape)> = shapes.iter().enumerate().filter(|(_, s)| context.moves(s)).collect();
+    let built: Vec<Built> = moving.par_iter().map(|(_, shape)| mesh::build(context, shape)).collect();
+    let noted = moving.into_iter().zip(built).map(|((number, shape), mut built)| {
+        let joints = shape.skin.and_then(|skin| context.joints.get(&skin));
+        movement.add_mesh(number, shape, std::mem::take(&mut built.bases), joints);
+        (number, built)
+    });
+    noted.collect()
 }
 
 /// Triangles of a mesh as its accessors say.

@@ -1,5 +1,6 @@
 //! Counter-based random numbers: the n-th number of a stream is a hash of (seed, stream, n).
 
+use serde::{Deserialize, Serialize};
 use vastlight_math::{Vec3, real};
 
 /// A bijective mixer of 64 bits: two rounds of xor-shift and odd multiplication.
@@ -12,7 +13,7 @@ pub(super) const fn mix(mut x: u64) -> u64 {
 }
 
 /// One stream of random numbers. Streams with different names are independent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Chance {
     key: u64,
     counter: u64,

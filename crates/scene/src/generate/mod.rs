@@ -22,6 +22,7 @@ mod noise_lanes;
 mod palette;
 mod plant;
 mod prism;
+mod record;
 mod rigid;
 mod shape;
 mod solids;
@@ -37,6 +38,8 @@ mod walker;
 mod water;
 
 use crate::{SceneDesc, SceneError, SceneStream};
+
+pub use record::{has_motion, motion};
 
 /// What a procedural scene may vary in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,6 +4,7 @@
 //! Plain arithmetic and square roots alone: the same bits on every machine.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::ops::Mul;
 use vastlight_math::{Vec3, real::sin_cos};
 
@@ -16,7 +17,7 @@ pub(super) const STEPS_A_KEY: u32 = 4;
 pub(super) const STEP: f32 = 1.0 / (KEYS_A_SECOND * STEPS_A_KEY) as f32;
 
 /// A unit quaternion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Turn {
     pub(super) w: f32,
     pub(super) v: Vec3,
@@ -75,7 +76,7 @@ impl Mul for Turn {
 }
 
 /// Where a body is: a turn about its own origin, then a move.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Place {
     pub(super) turn: Turn,
     pub(super) at: Vec3,

@@ -1,10 +1,11 @@
 //! A shape: triangles with normals and texture coordinates in metres, before it gets a material and a place.
 
 use crate::{Mesh, Part};
+use serde::{Deserialize, Serialize};
 use vastlight_math::{Affine3, Vec2, Vec3, Vec4};
 
 /// Triangles of one surface. Normals and uvs are as long as positions; colours are empty or as long.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Shape {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,

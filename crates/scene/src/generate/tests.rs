@@ -1,7 +1,7 @@
 //! Tests over all demos.
 
 use super::*;
-use crate::{Mesh, Motion, Scene};
+use crate::{Mesh, Motion, MotionRecord, Scene};
 use std::sync::{Arc, OnceLock};
 
 /// A small version of every demo under seed 7, made once.
@@ -205,5 +205,57 @@ fn a_beveled_box_is_closed_and_faces_outwards() {
     for t in 0..44 {
         let [a, b, c] = mesh.corners(t);
         assert!((b - a).cross(c - a).dot(a + b + c) > 0.0, "triangle {t}");
+    }
+}
+
+#[test]
+fn movements_come_back_from_their_records() {
+    let mut found = 0;
+    for (name, desc) in all() {
+        let Some(motion) = &desc.motion else { continue };
+        let record = motion.record().expect("every demo's movement can be kept");
+        let read = super::motion(&record, &desc).expect(name).expect("a demo's");
+        assert_eq!(read.duration(), motion.duration());
+        for time in [0.0, 0.4, 0.9].map(|part| part * motion.duration()) {
+            assert_eq!(read.pose(time), motion.pose(time), "{name} at {time}");
+        }
+        assert_eq!(read.record().as_ref(), Some(&record));
+        found += 1;
+    }
+    assert_eq!(found, 5);
+    let other = MotionRecord { kind: "gltf".into(), ..MotionRecord::default() };
+    assert!(super::motion(&other, &SceneDesc::default()).expect("not damaged").is_none());
+}
+
+#[test]
+fn damaged_records_are_errors_or_movements_that_can_be_asked() {
+    for (name, desc) in all() {
+        let Some(motion) = &desc.motion else { continue };
+        let record = motion.record().expect("kept");
+        let (mut refused, mut survived) = (0, 0);
+        let last = record.bytes.len() - 1;
+        // More at both ends, where counts and indices stand; a cut; a foreign scene.
+        let places = (0..6).chain(last - 6..=last).chain((1..8).map(|i| i * last / 8));
+        for place in places {
+            for bit in [0, 7] {
+                let mut damaged = record.clone();
+                damaged.bytes[place] ^= 1 << bit;
+                match super::motion(&damaged, &desc) {
+                    Ok(read) => {
+                        // What is found by simulation takes its time.
+                        let time = if survived < 3 { 0.4 } else { 0.0 };
+                        let _ = read.expect("a demo's").pose(time);
+                        survived += 1;
+                    }
+                    Err(error) => {
+                        assert!(error.what.contains("damaged"), "{error}");
+                        refused += 1;
+                    }
+                }
+            }
+        }
+        let cut = MotionRecord { bytes: record.bytes[..last / 2].to_vec(), ..record.clone() };
+        assert!(super::motion(&cut, &desc).is_err(), "{name}");
+        assert!(refused > 0 && survived > 0, "{name}: {refused} {survived}");
     }
 }

@@ -247,6 +247,10 @@ impl Bundle {
         self.ready = 0;
         let task = Task { job, instance: instance as u32, extent };
         let (nodes, memory) = (mesh.nodes(), mesh.memory());
+        if F::PAGED {
+            // Known once the bundle comes to a page; a mesh beside them has none.
+            self.page = Hit::NONE;
+        }
         match mesh.leaves() {
             Leaves::Blocks(blocks) => {
                 self.cross(simd, &task, &OverBlocks { nodes, blocks, memory }, (root, &bounds))

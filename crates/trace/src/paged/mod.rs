@@ -37,7 +37,7 @@ use vastlight_paging::Table;
 pub struct Found {
     /// The triangle's corners in its mesh's space.
     pub corners: [Vec3; 3],
-    /// Number of the page.
+    /// Number of the page; [`Hit::NONE`] in a mesh that has none.
     pub page: u32,
     /// The triangle's place in the page.
     pub place: u32,

@@ -3,12 +3,13 @@
 use crate::common::shapes::{closed_surface, random_soup, thin_soup};
 use crate::common::{Random, beams, closest, occluded, rays_at, scene, tracer};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use vastlight_accel::compact::{CompactMesh, PackedPage, SLACK};
 use vastlight_accel::wide::{MeshBvh, MeshView};
 use vastlight_accel::{BuildConfig, Scratch};
 use vastlight_math::{Affine3, Ray, Vec3};
 use vastlight_paging::Table;
-use vastlight_scene::Scene;
+use vastlight_scene::{Instance, MeshPose, Motion, Pose, Scene, SceneDesc, SceneError};
 use vastlight_simd::Level;
 use vastlight_trace::paged::{Found, PagedBatch, PagedFilter, Pager, Verdict};
 use vastlight_trace::{Hit, HitFilter, Layout, TopLevel, TraceError, Tracer, TracerConfig};
@@ -25,15 +26,24 @@ struct Paged {
 
 impl Paged {
     fn new(scene: &Scene, level: Level, top: TopLevel) -> Self {
+        Self::beside(scene, &[], (level, top))
+    }
+
+    /// With some meshes beside the pages.
+    fn beside(scene: &Scene, deforming: &[u32], (level, top): (Level, TopLevel)) -> Self {
         let (mut meshes, mut pages) = (Vec::new(), Vec::new());
-        for mesh in scene.meshes() {
+        for (number, mesh) in (0..).zip(scene.meshes()) {
+            if deforming.contains(&number) {
+                meshes.push(None);
+                continue;
+            }
             let view = MeshView { positions: &mesh.positions, triangles: &mesh.triangles };
             let config = BuildConfig { level, ..BuildConfig::default() };
             let (wide, _) = MeshBvh::build("", &view, &config, &mut Scratch::default()).expect("built");
             let (mut compact, mut own) = CompactMesh::pack(&wide, SLOT).expect("packed");
             compact.renumber(pages.len() as u32);
             pages.append(&mut own);
-            meshes.push(std::sync::Arc::new(compact));
+            meshes.push(Some(Arc::new(compact)));
         }
         let config = TracerConfig { level: Some(level), top, ..TracerConfig::default() };
         let tracer = Tracer::over_pages(scene, meshes, &config).expect("placed");
@@ -295,6 +305,144 @@ fn no_ray_gets_out_between_pages() {
         batch.closest(&paged.tracer, &mut Whole(&paged), &rays, None, take).expect("all is there");
     }
     assert_eq!(escaped, 0);
+}
+
+const DEFORMING: u32 = 1;
+
+/// Balls in pages of which one turns and one comes and goes, among them a soup that breathes.
+fn moving() -> SceneDesc {
+    let mut random = Random(11);
+    let soup = random_soup(&mut random, 300, 0.2, 1.0, Vec3::ZERO);
+    let place = |mesh, x: f32| Instance {
+        world_from_object: Affine3::from_translation(Vec3::new(x, 0.2, -0.1)),
+        mesh,
+        name: 0,
+    };
+    SceneDesc {
+        meshes: vec![closed_surface(60, 5, |_| 0.8), soup, thin_soup(&mut random, 800, 1e-3)],
+        instances: [(0, 0.0), (0, 0.5), (0, -0.5), (1, 0.1), (1, -0.2), (2, 0.0), (2, 0.3)]
+            .map(|(mesh, x)| place(mesh, x))
+            .to_vec(),
+        ..SceneDesc::default()
+    }
+}
+
+/// Moves two of the balls, one of the thin soups and the soup.
+fn pose_at(time: f32) -> Pose {
+    let turned = Affine3::from_rotation_y(time) * Affine3::from_translation(Vec3::X * (0.3 * time));
+    let seen = Affine3::from_scale(Vec3::splat(if time.fract() == 0.5 { 0.0 } else { 0.9 }));
+    let breathe = |p: &Vec3| *p * (1.0 + 0.2 * (time + 3.0 * p.x).sin());
+    let positions = moving().meshes[DEFORMING as usize].positions.iter().map(breathe).collect();
+    Pose {
+        meshes: vec![MeshPose { mesh: DEFORMING, positions, ..MeshPose::default() }],
+        instances: vec![(1, turned), (2, seen), (5, turned)],
+        ..Pose::default()
+    }
+}
+
+#[test]
+fn instances_that_move_and_meshes_that_deform_beside_pages_are_met_as_in_memory() {
+    let rays = rays_at(&mut Random(5), 3000, Vec3::ZERO, 1.2);
+    let rays = [beams(&mut Random(6), &rays[..12]), rays].concat();
+    let mut scene = Scene::new(moving()).expect("valid");
+    let mut paged = Paged::beside(&scene, &[DEFORMING], (Level::detect(), TopLevel::Tree));
+    let mut before = Vec::new();
+    // Forwards, a jump, backwards.
+    for time in [0.25, 0.5, 4.5, 4.0, 0.25] {
+        paged.tracer.pose(&mut scene, pose_at(time)).expect("fits");
+        let mut desc = moving();
+        desc.apply(pose_at(time)).expect("fits");
+        desc.motion = Some(Arc::new(Still));
+        let fresh = Scene::new(desc).expect("valid");
+        let resident = tracer(&fresh, Level::detect());
+        for (slots, filtered) in [(2, false), (2, true), (20, false)] {
+            let filter = filtered.then_some(&Beside as &dyn PagedFilter);
+            let mut pager = Careless {
+                paged: &paged,
+                random: Random(slots as u64),
+                slots,
+                resident: BTreeSet::new(),
+                known: BTreeSet::new(),
+                fetches: 0,
+                most_fetches: 400 * paged.pages.len(),
+            };
+            let (mut expected, mut hidden) = (closest(&resident, &rays), occluded(&resident, &rays));
+            if filtered {
+                resident.closest(&rays, &Thirds, &mut expected);
+                resident.occluded(&rays, &Thirds, &mut hidden);
+            }
+            let (mut batch, mut hits, mut places) = (PagedBatch::default(), Vec::new(), Vec::new());
+            let take = |_, hit: &Hit, found: &Found| (hits.push(*hit), places.push(*found)).0;
+            batch.closest(&paged.tracer, &mut pager, &rays, filter, take).expect("ends");
+            assert!(hits == expected, "{time}, {slots}, {filtered}");
+            check_beside(&scene, &hits, &places);
+            let mut answers = vec![false; rays.len()];
+            batch.occluded(&paged.tracer, &mut pager, &rays, filter, &mut answers).expect("ends");
+            assert!(answers == hidden, "{time}, {slots}, {filtered}");
+            if !filtered && slots == 2 {
+                assert_eq!(time == 0.25 && !before.is_empty(), before.first() == Some(&hits));
+                before.push(hits);
+            }
+        }
+    }
+    assert!(before[0] == before[4] && before[0] != before[1], "moments differ, and come again");
+}
+
+/// For scenes whose instances are hidden, not dropped.
+#[derive(Debug)]
+struct Still;
+
+impl Motion for Still {
+    fn duration(&self) -> f32 {
+        0.0
+    }
+
+    fn pose(&self, _time: f32) -> Result<Pose, SceneError> {
+        Ok(Pose::default())
+    }
+}
+
+/// [`Thirds`], but for meshes beside the pages nothing is ever missing.
+struct Beside;
+
+impl PagedFilter for Beside {
+    fn judge(&self, ray: usize, hit: &Hit, found: &Found, attributes: &Table) -> Verdict {
+        match (found.page, counts(hit)) {
+            (Hit::NONE, true) => Verdict::Counts,
+            (Hit::NONE, false) => Verdict::Passes,
+            _ => Thirds.judge(ray, hit, found, attributes),
+        }
+    }
+}
+
+/// Hits say whether they are in pages, and have the corners of the triangles.
+fn check_beside(scene: &Scene, hits: &[Hit], places: &[Found]) {
+    let mut met = [0; 2];
+    for (hit, place) in hits.iter().zip(places).filter(|(hit, _)| hit.is_hit()) {
+        let number = scene.instances().mesh(hit.instance as usize);
+        let mesh = &scene.meshes()[number as usize];
+        assert_eq!(place.corners, mesh.corners(hit.prim));
+        assert_eq!(place.page == Hit::NONE, number == DEFORMING);
+        met[usize::from(number == DEFORMING)] += 1;
+    }
+    assert!(met.iter().all(|&count| count > 50), "{met:?}");
+}
+
+#[test]
+fn a_grid_over_pages_follows_instances_and_refuses_meshes_without_pages() {
+    let mut scene = Scene::new(moving()).expect("valid");
+    let rays = rays_at(&mut Random(5), 500, Vec3::ZERO, 1.2);
+    let mut paged = Paged::new(&scene, Level::detect(), TopLevel::Grid(4));
+    let pose = Pose { meshes: Vec::new(), ..pose_at(0.25) };
+    paged.tracer.pose(&mut scene, pose).expect("fits");
+    let expected = closest(&tracer(&scene, Level::detect()), &rays);
+    let mut hits = Vec::new();
+    let take = |_, hit: &Hit, _: &Found| hits.push(*hit);
+    PagedBatch::default().closest(&paged.tracer, &mut Whole(&paged), &rays, None, take).expect("there");
+    assert!(hits == expected);
+    let config = TracerConfig { top: TopLevel::Grid(4), ..TracerConfig::default() };
+    let beside = Tracer::over_pages(&scene, vec![None, None, None], &config);
+    assert_eq!(beside.err(), Some(TraceError::Grid));
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Scenes packed, opened and rendered in memory.
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub(crate) mod animated;
 pub(crate) mod random;
 
 use std::sync::Arc;

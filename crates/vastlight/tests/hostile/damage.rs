@@ -109,6 +109,14 @@ impl Anatomy {
         bytes
     }
 
+    /// A store with other words in one section, behind checksums that are right.
+    pub(crate) fn damaged_in(&self, section: Section, random: &mut Random) -> Vec<u8> {
+        let (mut bytes, row) = (self.bytes.clone(), self.row(section));
+        overwrite(part_mut(&mut bytes, row.offset, row.bytes), random);
+        self.seal(&mut bytes, self.sections.clone());
+        bytes
+    }
+
     fn choose(&self, random: &mut Random) -> Damage {
         let filled = |section: &Section| self.row(*section).bytes > 0;
         let pages = [Section::Geometry, Section::Attributes, Section::Tiles];

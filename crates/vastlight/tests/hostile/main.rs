@@ -17,6 +17,7 @@ use std::process::{Command, Stdio};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 use vastlight::store::PackConfig;
+use vastlight::store::format::Section;
 use vastlight::transport::RenderSettings;
 use vastlight::{CameraChoice, Error, ErrorClass, LoadOptions, RenderRequest};
 
@@ -126,6 +127,34 @@ fn damaged_stores_are_errors_or_pictures() {
         assert!(refused > count / 3 && rendered > count / 20, "{scene}: {refused} {rendered}");
         println!("{scene}: {refused} refused, {rendered} rendered, {:?}", start.elapsed());
     }
+}
+
+/// What moves, and the meshes that it moves, with wrong numbers.
+#[test]
+fn damaged_movements_are_errors_or_pictures() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = common::animated::write(folder.path()).display().to_string();
+    let stored = Anatomy::of(packed(&source, &LoadOptions::default(), &PackConfig::default()).0);
+    let try_at = |bytes: Vec<u8>, time: f32, random: &mut Random| {
+        try_out(bytes, &LoadOptions { time: Some(time), ..LoadOptions::default() }, random)
+    };
+    try_at(Anatomy::of(stored.sealed()).sealed(), 0.5, &mut Random::new(1)).expect("sound");
+    let count = if is_soak() { 4000 } else { 100 };
+    let (mut refused, mut rendered) = (0, 0);
+    for case in 0..count {
+        let random = &mut Random::new(case);
+        let section =
+            [Section::Movement, Section::Movement, Section::Motion, Section::Scene, Section::Meshes];
+        let bytes = stored.damaged_in(*random.of(&section), random);
+        match try_at(bytes, 0.25 * (case % 9) as f32, random) {
+            Ok(()) => rendered += 1,
+            Err(error) => {
+                refused += 1;
+                assert!(matches!(error.class, ErrorClass::Scene | ErrorClass::Usage), "{error:?}");
+            }
+        }
+    }
+    assert!(refused > count / 5 && rendered > count / 20, "{refused} {rendered}");
 }
 
 /// A page in which all eight children of each node are the next node: as many ways as eight to the power of the nodes.

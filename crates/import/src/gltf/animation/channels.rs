@@ -6,12 +6,13 @@ use crate::gltf::findings::Findings;
 use crate::gltf::json::Json;
 use crate::gltf::mesh::take_budget;
 use crate::gltf::model::Shape;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
 /// What moves a node.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Tracks {
     pub(super) translation: Option<Arc<Keys>>,
     pub(super) rotation: Option<Arc<Keys>>,
@@ -24,6 +25,13 @@ impl Tracks {
     /// Whether the node itself moves.
     pub(super) fn moves(&self) -> bool {
         self.translation.is_some() || self.rotation.is_some() || self.scale.is_some()
+    }
+
+    /// Whether all keys can be asked for any time.
+    pub(super) fn are_sound(&self) -> bool {
+        let weights = self.weights.iter().map(|(_, keys)| keys);
+        let all = [&self.translation, &self.rotation, &self.scale].into_iter().flatten().chain(weights);
+        all.into_iter().all(|keys| keys.is_sound())
     }
 }
 

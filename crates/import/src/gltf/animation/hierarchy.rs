@@ -3,12 +3,13 @@
 use super::channels::{Channels, Tracks};
 use crate::gltf::json::Json;
 use crate::gltf::node::{self, Parts, Placed};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use vastlight_math::glam::{DAffine3, DVec3};
 use vastlight_scene::SceneError;
 
 /// Where a node's parent is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 enum Parent {
     /// At one place for ever.
     Still(DAffine3),
@@ -17,20 +18,20 @@ enum Parent {
 }
 
 /// A node's transform relative to its parent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Local {
     Still(DAffine3),
     Moving { at_rest: Parts, tracks: Tracks },
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct MovingNode {
     parent: Parent,
     local: Local,
 }
 
 /// All nodes of a scene whose places depend on time, parents before children.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Hierarchy {
     nodes: Vec<MovingNode>,
     /// Their numbers by those of the document.
@@ -64,6 +65,20 @@ impl Hierarchy {
     /// The number of a node of the document among those that move.
     pub(super) fn number(&self, node: usize) -> Option<usize> {
         self.numbers.get(&node).copied()
+    }
+
+    /// How many nodes move.
+    pub(super) fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether parents stand before their children, numbers are those of nodes, and tracks are sound.
+    pub(super) fn is_sound(&self) -> bool {
+        let sound = |(number, node): (usize, &MovingNode)| {
+            let behind = matches!(node.parent, Parent::Moving(parent) if parent >= number);
+            !behind && !matches!(&node.local, Local::Moving { tracks, .. } if !tracks.are_sound())
+        };
+        self.nodes.iter().enumerate().all(sound) && self.numbers.values().all(|&number| number < self.len())
     }
 
     /// World space from the space of each node that moves.

@@ -1,5 +1,6 @@
 //! Keyframes of one property and what is between them (glTF 2.0, appendix C, "Animation sampler interpolation modes").
 
+use serde::{Deserialize, Serialize};
 use vastlight_math::glam::{DQuat, DVec4};
 use vastlight_math::real;
 
@@ -7,7 +8,7 @@ use vastlight_math::real;
 const SMALL_ANGLE: f32 = 1e-4;
 
 /// How values between two keys are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Interpolation {
     /// The earlier key's value.
     Step,
@@ -34,7 +35,7 @@ impl Interpolation {
 }
 
 /// Values of one property at ascending times.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Keys {
     /// Seconds; at least one.
     times: Vec<f32>,
@@ -61,6 +62,13 @@ impl Keys {
         let width = values.len().checked_div(times.len())? / interpolation.elements();
         let fits = width > 0 && width * times.len() * interpolation.elements() == values.len();
         fits.then_some(Self { times, values, width, interpolation })
+    }
+
+    /// Whether there are as many values for each time, and some.
+    pub(super) fn is_sound(&self) -> bool {
+        let values = self.width.checked_mul(self.interpolation.elements());
+        let all = values.and_then(|values| values.checked_mul(self.times.len()));
+        all.is_some_and(|all| all > 0 && all == self.values.len())
     }
 
     /// Numbers of a value.

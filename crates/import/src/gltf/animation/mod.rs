@@ -21,22 +21,25 @@ use channels::{Channels, Tracks};
 use hierarchy::Hierarchy;
 use keys::Keys;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 use vastlight_math::Affine3;
 use vastlight_math::glam::DAffine3;
-use vastlight_scene::{Camera, MeshPose, Motion, Pose, SceneDesc, SceneError};
+use vastlight_scene::{Camera, MeshPose, Motion, MotionRecord, Pose, SceneDesc, SceneError};
 
 /// What moves a scene. Numbers of nodes are those of the hierarchy, others those of the scene.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub(super) struct Movement {
     duration: f32,
     hierarchy: Hierarchy,
     /// By node of the document, the sampler of its morph weights.
+    #[serde(skip)]
     samplers: BTreeMap<usize, usize>,
     /// By sampler, the keys of morph weights.
+    #[serde(skip)]
     weights: BTreeMap<usize, Arc<Keys>>,
     instances: Vec<MovingInstances>,
     /// Cameras at rest, with their nodes.
@@ -47,7 +50,7 @@ pub(super) struct Movement {
 }
 
 /// Instances that a node places.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct MovingInstances {
     node: usize,
     first: usize,
@@ -55,7 +58,7 @@ struct MovingInstances {
 }
 
 /// A skin in use that has joints which move.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct MovingSkin {
     skin: Skin,
     /// Joints that do not move, by node of the document.
@@ -63,7 +66,7 @@ struct MovingSkin {
 }
 
 /// A mesh whose vertices move.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 struct MovingMesh {
     mesh: u32,
     bases: Vec<Base>,
@@ -163,6 +166,48 @@ impl Movement {
     }
 }
 
+/// The reader's name in records.
+const KIND: &str = "gltf";
+
+/// The movement of a document, for the scene that it belongs to; none if the record is no document's.
+///
+/// # Errors
+/// The record is damaged.
+pub fn motion(record: &MotionRecord, desc: &SceneDesc) -> Result<Option<Arc<dyn Motion>>, SceneError> {
+    if record.kind != KIND {
+        return Ok(None);
+    }
+    let movement: Movement = record.read()?;
+    if movement.is_sound(desc) {
+        return Ok(Some(Arc::new(movement)));
+    }
+    Err(MotionRecord::damaged("it does not fit the scene"))
+}
+
+impl Movement {
+    /// Whether every moment can be made, whatever else the numbers are.
+    fn is_sound(&self, desc: &SceneDesc) -> bool {
+        let nodes = self.hierarchy.len();
+        let fits = |instances: &MovingInstances| {
+            let copies = instances.copies.as_ref();
+            let last = instances.first.checked_add(copies.map_or(1, Copies::len));
+            instances.node < nodes
+                && copies.is_none_or(Copies::is_sound)
+                && last.is_some_and(|last| u32::try_from(last).is_ok())
+        };
+        let poses = |mesh: &MovingMesh| {
+            (mesh.mesh as usize) < desc.meshes.len()
+                && mesh.bases.iter().all(Base::is_sound)
+                && mesh.keys.as_ref().is_none_or(|keys| keys.is_sound())
+        };
+        self.hierarchy.is_sound()
+            && self.instances.iter().all(fits)
+            && self.cameras.iter().all(|(_, node, _)| *node < nodes)
+            && self.lights.iter().all(|(_, node)| *node < nodes)
+            && self.meshes.iter().all(poses)
+    }
+}
+
 impl Motion for Movement {
     fn duration(&self) -> f32 {
         self.duration
@@ -190,6 +235,10 @@ impl Motion for Movement {
             cameras: self.cameras.iter().filter_map(camera).collect(),
             lights: self.lights.iter().map(light).collect(),
         })
+    }
+
+    fn record(&self) -> Option<MotionRecord> {
+        MotionRecord::new(KIND, self)
     }
 }
 

@@ -60,7 +60,7 @@ fn a_file_on_disk_is_the_same_mesh_by_mesh() {
 }
 
 #[test]
-fn files_that_move_are_streamed_at_rest_and_name_the_same_files() {
+fn files_that_move_are_streamed_with_what_moves_them_and_name_the_same_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("test.gltf");
     let mut file = Builder::triangle();
@@ -80,8 +80,46 @@ fn files_that_move_are_streamed_at_rest_and_name_the_same_files() {
     assert_eq!(files, [folder.path().join("test.bin")]);
     let streamed = gltf::stream(&path, &options).expect("read");
     assert_eq!(streamed.files, files);
-    // Only movement tells the two apart.
-    assert_eq!((desc.meshes.len(), collected(streamed).meshes.len()), (2, 1));
+    let collected = collected(streamed);
+    assert_eq!((desc.meshes.len(), &collected.meshes), (2, &desc.meshes));
+    let [whole, by_mesh] = [&desc, &collected].map(|desc| desc.motion.clone().expect("moves"));
+    let record = whole.record().expect("can be kept");
+    let read = crate::gltf_motion(&record, &desc).expect("sound").expect("a document's");
+    for time in [0.0, 0.3, 1.0] {
+        let pose = whole.pose(time).expect("a moment");
+        assert_eq!(by_mesh.pose(time).expect("a moment"), pose);
+        assert_eq!(read.pose(time).expect("a moment"), pose);
+    }
+    assert_ne!(whole.pose(0.0), whole.pose(0.3));
+    let other = vastlight_scene::MotionRecord { kind: "demo:walker".into(), ..record };
+    assert!(crate::gltf_motion(&other, &desc).expect("not read").is_none());
+}
+
+#[test]
+fn instances_that_are_sorted_by_mesh_move_as_before() {
+    // Nodes of all meshes stand among each other; two of them move.
+    let mut file = many_meshes(100);
+    let up = file.floats(&[[0.0_f32; 3], [0.0, 2.0, 0.0]], "VEC3");
+    file.channel(10, "translation", "LINEAR", &[0.0, 1.0], up);
+    file.channel(11, "translation", "LINEAR", &[0.0, 1.0], up);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("test.glb");
+    std::fs::write(&path, file.glb()).expect("written");
+    let desc = crate::load(&path, &LoadOptions::default()).expect("read");
+    let sorted = collected(gltf::stream(&path, &LoadOptions::default()).expect("read"));
+    assert_ne!(desc.instances, sorted.instances, "they are sorted");
+    let moved = |desc: &SceneDesc| {
+        let desc = desc.clone().at(0.5).expect("a moment");
+        let mut all = desc.instances;
+        all.sort_by_key(|i| i.mesh);
+        all
+    };
+    assert_eq!(moved(&desc), moved(&sorted));
+    let record = sorted.motion.clone().expect("moves").record().expect("can be kept");
+    assert_eq!(record.numbers, [[10, 2], [11, 7]]);
+    let read = crate::gltf_motion(&record, &desc).expect("sound").expect("a document's");
+    let read = SceneDesc { motion: Some(vastlight_scene::renumbered(read, record.numbers)), ..sorted };
+    assert_eq!(moved(&desc), moved(&read));
 }
 
 #[test]

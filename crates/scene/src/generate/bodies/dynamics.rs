@@ -8,6 +8,7 @@ use super::super::rigid::{
 };
 use super::kinds::Kind;
 use super::{BOWL, DURATION, Thing};
+use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 use vastlight_math::Vec3;
 
@@ -16,9 +17,10 @@ const SURFACE: Surface = Surface { bounce: 0.35, friction: 0.4 };
 const ROLLING: f32 = 1.2;
 
 /// The movement of all bodies, found when it is needed first.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Flight {
-    things: Vec<Thing>,
+    pub(super) things: Vec<Thing>,
+    #[serde(skip)]
     keys: OnceLock<Keys>,
 }
 

@@ -2,11 +2,12 @@
 
 use super::super::shape::Shape;
 use super::super::solids;
+use serde::{Deserialize, Serialize};
 use std::f32::consts::TAU;
 use vastlight_math::{Frame, Vec2, Vec3, real::sin_cos};
 
 /// A form of about unit size around the origin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Kind {
     Ball,
     Ring,

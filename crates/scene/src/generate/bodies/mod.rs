@@ -10,16 +10,18 @@ mod tests;
 use super::caustic_sphere::square_lamp;
 use super::chance::Chance;
 use super::palette::{gold, lacquer, srgb, stone};
+use super::record::{Recorded, are_near};
 use super::rigid::{Place, Turn, carry};
 use super::shape::{Assembly, Shape};
 use super::{GenerateOptions, builder::Builder, solids, textures};
 use crate::{
-    Camera, ColorInput, Encoding, Environment, Material, MeshPose, Motion, Pose, Projection, SceneDesc,
-    SceneError,
+    Camera, ColorInput, Encoding, Environment, Material, MeshPose, Motion, MotionRecord, Pose, Projection,
+    SceneDesc, SceneError,
 };
 use bowl::Bowl;
 use dynamics::Flight;
 use kinds::Kind;
+use serde::{Deserialize, Serialize};
 use std::f32::consts::TAU;
 use std::sync::Arc;
 use vastlight_math::{Affine3, Vec2, Vec3};
@@ -51,7 +53,7 @@ pub(super) fn bodies(options: &GenerateOptions) -> SceneDesc {
 }
 
 /// One body at the first moment.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Thing {
     kind: Kind,
     material: u32,
@@ -121,8 +123,8 @@ fn meshed(things: &[Thing], triangles: u64) -> (Assembly, Swarm) {
 }
 
 /// All bodies on their way.
-#[derive(Debug)]
-struct Swarm {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Swarm {
     mesh: u32,
     flight: Flight,
     /// Vertices of all bodies around their own middles, and how many each has.
@@ -141,6 +143,24 @@ impl Motion for Swarm {
         carry(bodies.map(|(&count, place)| (count, Vec3::ZERO, place)), &mut positions, &mut normals);
         let mesh = MeshPose { mesh: self.mesh, positions, normals, ..MeshPose::default() };
         Ok(Pose { meshes: vec![mesh], ..Pose::default() })
+    }
+
+    fn record(&self) -> Option<MotionRecord> {
+        MotionRecord::new(Self::KIND, self)
+    }
+}
+
+impl Recorded for Swarm {
+    const KIND: &'static str = "demo:bodies";
+
+    fn is_sound(&self, _desc: &SceneDesc) -> bool {
+        let Self { flight, local, counts, .. } = self;
+        let vertices = counts.iter().fold(0_usize, |sum, count| sum.saturating_add(*count));
+        let near = |thing: &Thing| are_near(&[thing.place.at, thing.velocity, thing.spin]);
+        vertices == local.positions.len()
+            && vertices == local.normals.len()
+            && flight.things.len() <= 2 * SWARM
+            && flight.things.iter().all(near)
     }
 }
 

@@ -9,12 +9,15 @@ use super::caustic_sphere::square_lamp;
 use super::chance::Chance;
 use super::noise::{noise, smoothstep};
 use super::palette::{fabric, srgb, stone};
+use super::record::{Recorded, are_near};
 use super::shape::Shape;
 use super::{GenerateOptions, builder::Builder, solids, textures};
 use crate::{
-    Camera, ColorInput, Encoding, Environment, Image, Material, MeshPose, Motion, Pose, SceneDesc, SceneError,
+    Camera, ColorInput, Encoding, Environment, Image, Material, MeshPose, Motion, MotionRecord, Pose,
+    SceneDesc, SceneError,
 };
 use drape::{KEYS_A_SECOND, Key, POINTS, SPACING};
+use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 use vastlight_math::{Vec2, Vec3, real::sin_cos};
 
@@ -62,13 +65,14 @@ fn start(seed: u64) -> Key {
 }
 
 /// The cloth on its way.
-#[derive(Debug)]
-struct Falling {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Falling {
     mesh: u32,
     columns: usize,
     rows: usize,
     start: Key,
     /// Found when they are needed first.
+    #[serde(skip)]
     keys: OnceLock<Vec<Key>>,
 }
 
@@ -102,6 +106,26 @@ impl Motion for Falling {
         let (positions, normals) = fine::surface(&self.points(time), self.columns, self.rows);
         let mesh = MeshPose { mesh: self.mesh, positions, normals, ..MeshPose::default() };
         Ok(Pose { meshes: vec![mesh], ..Pose::default() })
+    }
+
+    fn record(&self) -> Option<MotionRecord> {
+        MotionRecord::new(Self::KIND, self)
+    }
+}
+
+impl Recorded for Falling {
+    const KIND: &'static str = "demo:cloth";
+
+    fn is_sound(&self, desc: &SceneDesc) -> bool {
+        let Self { columns, rows, start, .. } = self;
+        let vertices = desc.meshes.get(self.mesh as usize).map(|mesh| mesh.positions.len());
+        let fitting = columns.checked_add(1).and_then(|n| n.checked_mul(rows.checked_add(1)?));
+        *columns > 0
+            && *rows > 0
+            && fitting.is_some()
+            && fitting == vertices
+            && start.len() == POINTS * POINTS
+            && are_near(start)
     }
 }
 

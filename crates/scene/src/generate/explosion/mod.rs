@@ -10,13 +10,16 @@ mod tests;
 use super::caustic_sphere::square_lamp;
 use super::chance::Chance;
 use super::palette::{lacquer, srgb, stone};
+use super::record::{Recorded, are_near};
 use super::rigid::{Keys, between_keys, carry};
 use super::shape::{Assembly, Shape, turn};
 use super::{GenerateOptions, builder::Builder, solids, statue, textures};
 use crate::{
-    Camera, ColorInput, Encoding, Environment, Material, Mesh, MeshPose, Motion, Pose, SceneDesc, SceneError,
+    Camera, ColorInput, Encoding, Environment, Material, Mesh, MeshPose, Motion, MotionRecord, Pose,
+    SceneDesc, SceneError,
 };
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use shards::{Grid, Pattern, Shard};
 use std::sync::{Arc, OnceLock};
 use vastlight_math::{Affine3, Vec2, Vec3};
@@ -89,8 +92,8 @@ fn put(mesh: &mut Mesh, shards: Vec<Shard>, place: &Affine3) -> Vec<Shard> {
 }
 
 /// Shards on their way.
-#[derive(Debug)]
-struct Burst {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Burst {
     mesh: u32,
     /// The mesh at rest.
     positions: Vec<Vec3>,
@@ -98,6 +101,7 @@ struct Burst {
     shards: Vec<Shard>,
     chance: Chance,
     /// Places of all shards from the burst on, found when they are needed first.
+    #[serde(skip)]
     keys: OnceLock<Keys>,
 }
 
@@ -127,6 +131,24 @@ impl Motion for Burst {
         }
         let mesh = MeshPose { mesh: self.mesh, positions, normals, ..MeshPose::default() };
         Ok(Pose { meshes: vec![mesh], ..Pose::default() })
+    }
+
+    fn record(&self) -> Option<MotionRecord> {
+        MotionRecord::new(Self::KIND, self)
+    }
+}
+
+impl Recorded for Burst {
+    const KIND: &'static str = "demo:explosion";
+
+    fn is_sound(&self, _desc: &SceneDesc) -> bool {
+        let Self { positions, normals, shards, .. } = self;
+        let inside = |s: &Shard| s.vertices.start <= s.vertices.end && s.vertices.end <= positions.len();
+        let vertices: usize = shards.iter().filter(|s| inside(s)).map(|s| s.vertices.len()).sum();
+        shards.iter().all(|s| inside(s) && are_near(&[s.center]))
+            && vertices <= positions.len()
+            && normals.len() == positions.len()
+            && are_near(positions)
     }
 }
 

@@ -6,6 +6,7 @@
 use super::super::noise::{PRIMES, mixed, smoothstep};
 use crate::{Mesh, Part};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use vastlight_math::Vec3;
 
@@ -179,7 +180,7 @@ fn cell(p: Vec3, seed: u32) -> u64 {
 }
 
 /// A shard of the cut mesh.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Shard {
     pub(super) vertices: Range<usize>,
     /// Middle of its outer vertices.

@@ -8,10 +8,12 @@ mod tests;
 
 use super::chance::Chance;
 use super::palette::{lacquer, srgb};
+use super::record::Recorded;
 use super::shape::{Assembly, turn};
 use super::{DemoSize, GenerateOptions, builder::Builder, city, lathe, solids};
-use crate::{Camera, Environment, Material, Motion, Pose, SceneDesc, SceneError, Sky};
+use crate::{Camera, Environment, Material, Motion, MotionRecord, Pose, SceneDesc, SceneError, Sky};
 use roads::{Crossing, KERB, Lane};
+use serde::{Deserialize, Serialize};
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 use vastlight_math::{Affine3, Vec3};
@@ -84,7 +86,7 @@ fn drivers(desc: &SceneDesc) -> Vec<u32> {
 }
 
 /// A lamp that is on or off: pushed out of its housing or drawn in.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct Lamp {
     instance: u32,
     /// The lamp's place when it is on; +z is the way out.
@@ -140,8 +142,8 @@ fn lights(b: &mut Builder) -> Vec<Lamp> {
 }
 
 /// What moves in the streets.
-#[derive(Debug)]
-struct Traffic {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Traffic {
     lanes: Vec<Lane>,
     /// Instances, and the lane of each.
     cars: Vec<u32>,
@@ -164,5 +166,18 @@ impl Motion for Traffic {
             cars.map(|((&car, &lane), along)| (car, self.lanes[lane].place(along))).collect();
         instances.extend(self.lamps.iter().map(|lamp| (lamp.instance, lamp.at(time))));
         Ok(Pose { instances, ..Pose::default() })
+    }
+
+    fn record(&self) -> Option<MotionRecord> {
+        MotionRecord::new(Self::KIND, self)
+    }
+}
+
+impl Recorded for Traffic {
+    const KIND: &'static str = "demo:traffic";
+
+    fn is_sound(&self, _desc: &SceneDesc) -> bool {
+        self.lane_of.iter().all(|&lane| lane < self.lanes.len())
+            && self.lanes.iter().all(|lane| lane.axis() < 2)
     }
 }

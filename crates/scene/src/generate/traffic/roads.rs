@@ -1,6 +1,7 @@
 //! Lanes, crossings and their lights.
 
 use super::super::shape::turn;
+use serde::{Deserialize, Serialize};
 use std::f32::consts::{FRAC_PI_2, PI};
 use vastlight_math::{Affine3, Vec3};
 
@@ -22,7 +23,7 @@ const CLEAR: f32 = 3.0;
 const CYCLE: f32 = 2.0 * (GREEN + CLEAR);
 
 /// A lane: a line on which cars go forward and come back to the start from the end.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Lane {
     /// 0 along x, 1 along z.
     axis: usize,
@@ -38,7 +39,7 @@ pub(super) struct Lane {
 }
 
 /// Where street `x` along z and street `z` along x meet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Crossing {
     pub(super) x: i32,
     pub(super) z: i32,

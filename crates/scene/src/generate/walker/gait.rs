@@ -7,6 +7,7 @@ use super::skeleton::{
     BONES, Bone, CHEST, CLAVICLE, FOOT, FOREARM, HAND, HEAD, NECK, PELVIS, SHIN, SPINE, THIGH, TOES,
     UPPER_ARM, bones, on,
 };
+use serde::{Deserialize, Serialize};
 use std::f32::consts::TAU;
 use vastlight_math::{Vec3, real::sin_cos};
 
@@ -20,8 +21,9 @@ const STRIKE: f32 = 0.3;
 const LEAVE: f32 = 0.8;
 
 /// A way of walking.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Gait {
+    #[serde(skip, default = "bones")]
     pub(super) bones: [Bone; BONES],
     /// Metres a cycle.
     pub(super) stride: f32,

@@ -12,17 +12,19 @@ mod tests;
 use super::chance::Chance;
 use super::noise::smoothstep;
 use super::palette::{lacquer, srgb, stone};
+use super::record::Recorded;
 use super::rigid::{Place, Turn};
 use super::shape::{Assembly, Shape};
 use super::{GenerateOptions, builder::Builder, solids, textures};
 use crate::{
-    Camera, ColorInput, Encoding, Environment, Material, Mesh, MeshPose, Motion, Part, Pose, SceneDesc,
-    SceneError, Sky,
+    Camera, ColorInput, Encoding, Environment, Material, Mesh, MeshPose, Motion, MotionRecord, Part, Pose,
+    SceneDesc, SceneError, Sky,
 };
 use flesh::{Form, Weights};
 use gait::Gait;
 use rayon::prelude::*;
-use skeleton::bones;
+use serde::{Deserialize, Serialize};
+use skeleton::{BONES, bones};
 use std::sync::Arc;
 use vastlight_math::{Affine3, Vec2, Vec3};
 
@@ -69,8 +71,8 @@ fn tint(weights: &Weights) -> Vec3 {
 }
 
 /// The figure on its way.
-#[derive(Debug)]
-struct Walk {
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Walk {
     mesh: u32,
     gait: Gait,
     /// The skin at rest.
@@ -104,6 +106,18 @@ impl Motion for Walk {
             .unzip();
         let mesh = MeshPose { mesh: self.mesh, positions, normals, ..MeshPose::default() };
         Ok(Pose { meshes: vec![mesh], cameras: vec![(0, self.camera(time))], ..Pose::default() })
+    }
+
+    fn record(&self) -> Option<MotionRecord> {
+        MotionRecord::new(Self::KIND, self)
+    }
+}
+
+impl Recorded for Walk {
+    const KIND: &'static str = "demo:walker";
+
+    fn is_sound(&self, _desc: &SceneDesc) -> bool {
+        self.weights.iter().flatten().all(|&(bone, _)| usize::from(bone) < BONES)
     }
 }
 
