@@ -82,6 +82,12 @@ impl LivePicture {
         self.done.iter().copied().min().unwrap_or(0)
     }
 
+    /// Whether all pixels have as many samples: no piece is under way.
+    #[must_use]
+    pub fn is_even(&self) -> bool {
+        self.done.iter().all(|&done| done == self.done[0])
+    }
+
     /// What is rendered.
     #[must_use]
     pub fn settings(&self) -> &RenderSettings {
