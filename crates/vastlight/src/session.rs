@@ -139,23 +139,21 @@ impl Session {
     /// They name what is not there, or need what a store does not have; then nothing is changed.
     pub fn revise(&mut self, changes: &Overrides) -> Result<(), Error> {
         let Self { open: OpenScene { scene, stored }, limits, revision, .. } = self;
-        let looks = revision.take().map_or_else(|| Looks::of(scene.desc()), |(_, looks)| looks);
-        let before = scene.desc().materials.clone();
-        let change = |desc: &mut SceneDesc| {
-            looks.restore(desc);
-            changes.apply(desc, limits)
+        let fresh = || (Overrides::default(), Looks::of(scene.desc()));
+        let (known, looks) = revision.take().unwrap_or_else(fresh);
+        let mut look = |changes: &Overrides| {
+            scene.revise(|desc| {
+                looks.restore(desc);
+                changes.apply(desc, limits)
+            })?;
+            stored.as_ref().map_or(Ok(()), |pages| check_looks(scene, pages))
         };
-        let mut outcome = scene.revise(change);
-        if let (Ok(()), Some(pages)) = (&outcome, stored) {
-            outcome = check_looks(scene, pages);
-            if outcome.is_err() {
-                scene.revise::<Error>(|desc| {
-                    desc.materials = before;
-                    Ok(())
-                })?;
-            }
+        let outcome = look(changes);
+        let kept = if outcome.is_ok() { changes.clone() } else { known };
+        if outcome.is_err() {
+            look(&kept)?;
         }
-        *revision = Some((changes.clone(), looks));
+        *revision = Some((kept, looks));
         outcome
     }
 

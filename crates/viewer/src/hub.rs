@@ -179,7 +179,7 @@ impl Hub {
         })));
     }
 
-    /// Wakes the stage. What is urgent stops also pictures of a camera that moves.
+    /// Wakes the stage. What is urgent stops also small pictures; all else waits for these, or one who drags a slider would see none.
     fn call(&self, is_urgent: bool) {
         if is_urgent {
             self.urgent.store(true, Ordering::Release);
@@ -297,8 +297,7 @@ impl Hub {
         if command.steers() && shared.steering != Some(viewer) {
             return Err("somebody else steers: take over first".to_owned());
         }
-        let is_urgent =
-            !matches!(command, Command::Camera { .. } | Command::Pick { .. } | Command::Tone { .. });
+        let is_urgent = matches!(command, Command::Open { .. });
         shared.obey(viewer, command, answers);
         self.tell_state(&shared);
         self.call(is_urgent);
@@ -402,7 +401,7 @@ mod tests {
         hub.obey(second, Command::Steer {}, &answers).expect("allowed");
         assert!(hub.obey(first, Command::Reset {}, &answers).is_err());
         hub.leave(second);
-        hub.obey(first, Command::Reset {}, &answers).expect("steers again");
+        hub.obey(first, Command::Open { source: "demo:cornell".into() }, &answers).expect("steers again");
         assert!(hub.calls_urgently());
     }
 

@@ -42,7 +42,9 @@ pub(crate) enum Coding {
 /// Encodes a picture.
 pub(crate) fn frame(shown: &Shown, coding: Coding, caption: Caption) -> Result<Frame, Error> {
     let size = shown.picture.size();
-    let mut bytes = vec![KIND, u8::from(coding == Coding::Lossless), u8::from(coding == Coding::Lossless), 0];
+    let is_lossless = u8::from(coding == Coding::Lossless);
+    let mut bytes = Vec::with_capacity(HEADER);
+    bytes.extend([KIND, is_lossless, is_lossless, 0]);
     for number in [caption.number, caption.input, caption.spp] {
         bytes.extend(number.to_le_bytes());
     }

@@ -171,18 +171,21 @@ struct Token {
 
 /// Refuses requests without the token, for other names, or from other pages; and says to browsers what answers may do.
 async fn check(State(shared): State<Shared>, request: Request, next: Next) -> Response {
-    let text = |name| request.headers().get(name).map(|value| value.to_str().unwrap_or_default());
-    let query = Query::<Token>::try_from_uri(request.uri());
-    let by_path = request.uri().path().strip_prefix("/page/").and_then(|rest| rest.split('/').next());
-    let token = by_path.map_or_else(|| query.map_or(String::new(), |query| query.0.token), str::to_owned);
-    let accepted = shared.guard.accepts(text(header::HOST), text(header::ORIGIN));
-    if !accepted || !shared.guard.knows_token(&token) {
+    if !is_allowed(&shared.guard, &request) {
         let hint = "This page needs the address that `vastlight view` printed, with its token.\n";
         return (StatusCode::FORBIDDEN, hint).into_response();
     }
     let mut response = next.run(request).await;
     response.headers_mut().extend(headers());
     response
+}
+
+fn is_allowed(guard: &Guard, request: &Request) -> bool {
+    let text = |name| request.headers().get(name).map(|value| value.to_str().unwrap_or_default());
+    let by_path = request.uri().path().strip_prefix("/page/").and_then(|rest| rest.split('/').next());
+    let by_query = || Query::<Token>::try_from_uri(request.uri()).map_or(String::new(), |query| query.0.token);
+    let token = by_path.map_or_else(by_query, str::to_owned);
+    guard.accepts(text(header::HOST), text(header::ORIGIN)) && guard.knows_token(&token)
 }
 
 /// Headers of all answers: nothing from elsewhere, nothing kept, nobody told.

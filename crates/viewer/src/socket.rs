@@ -66,6 +66,7 @@ impl News {
             closed: hub.closed.subscribe(),
         };
         news.frames.mark_changed();
+        news.closed.mark_changed();
         for known in [&mut news.scene, &mut news.state, &mut news.status] {
             known.mark_changed();
         }
@@ -86,9 +87,12 @@ impl Connection {
             let may_send = self.flow.may_send();
             tokio::select! {
                 biased;
-                _ = fresh.closed.wait_for(|&closed| closed) => {
-                    self.send(news(&json!({"kind": "closed"}))).await?;
-                    return self.send_message(WsMessage::Close(None)).await;
+                Ok(()) = fresh.closed.changed() => {
+                    let is_closed = *fresh.closed.borrow_and_update();
+                    if is_closed {
+                        self.send(news(&json!({"kind": "closed"}))).await?;
+                        return self.send_message(WsMessage::Close(None)).await;
+                    }
                 }
                 message = self.socket.recv() => match message {
                     Some(Ok(message)) => self.take(message).await?,

@@ -106,6 +106,19 @@ impl CameraView {
         }
     }
 
+    /// The camera of a choice.
+    pub(crate) fn chosen(choice: &CameraChoice, scene: &Scene) -> Result<Self, Error> {
+        let mut view = Self::of(&choice.resolve(scene)?, scene);
+        if let Some([eye, target]) = choice.look_at {
+            (view.eye, view.target) = (eye.to_array(), target.to_array());
+        }
+        view.fov = choice.fov.unwrap_or(view.fov);
+        if choice.look_at.is_some() || choice.fov.is_some() {
+            view.name = None;
+        }
+        Ok(view)
+    }
+
     /// The same as it is asked for on a command line.
     pub(crate) fn choice(&self) -> CameraChoice {
         match &self.name {

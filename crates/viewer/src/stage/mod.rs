@@ -3,6 +3,7 @@
 mod canvas;
 mod rounds;
 
+use crate::edits::Edits;
 use crate::hub::{Hub, Turn, Work, error_value, news};
 use crate::meter::Meter;
 use crate::server::Viewer;
@@ -34,7 +35,7 @@ impl Stage {
 
     /// Opens what is asked for until the hub closes, on the threads of the current pool.
     pub(crate) fn run(mut self) {
-        let mut next = None;
+        let mut next: Option<String> = None;
         loop {
             while let Some(source) = next.take() {
                 next = self.play(&source);
@@ -97,12 +98,11 @@ impl Stage {
     /// Shows a scene.
     fn show(&mut self, mut session: Session, name: &str, options: &LoadOptions) -> Result<Leave, Error> {
         let scene = &session.open().scene;
-        let camera = CameraView::of(&self.viewer.camera.resolve(scene)?, scene);
-        let is_free = self.viewer.camera.look_at.is_some() || self.viewer.camera.fov.is_some();
-        let named = if is_free { None } else { camera.name.clone() };
+        let is_own = self.viewer.source.as_deref() == Some(name);
+        let choice = if is_own { self.viewer.camera.clone() } else { CameraChoice::default() };
+        let camera = CameraView::chosen(&choice, scene)?;
         self.hub.change_view(|view| {
             let View { tone, render, size, channel, paused, .. } = view.clone();
-            let camera = CameraView { name: named, ..camera };
             let time = options.time.unwrap_or(0.0);
             *view = View { tone, render, size, channel, paused, camera, time, ..View::new(1) };
         });
@@ -117,27 +117,31 @@ impl Stage {
             "inventory": inventory::of_scene(&session.open().scene),
         });
         let mut about = Some(about);
+        let mut good = Edits::default();
         loop {
             let request = self.largest_request(&session.open().scene)?;
             let leave = session.live(&request, |live| Rounds::new(self, live).run(about.take()))??;
             match leave {
-                Leave::Change { revise, pose } => self.change(&mut session, revise, pose),
+                Leave::Change { revise, pose } => self.change(&mut session, &mut good, [revise, pose]),
                 Leave::Open(_) | Leave::Close => return Ok(leave),
             }
         }
     }
 
-    /// Gives the scene the looks and the moment of the view; what cannot be done is told, and the scene stays.
-    fn change(&self, session: &mut Session, revise: bool, pose: bool) {
+    /// Gives the scene the looks and the moment of the view. What cannot be done is told, and the scene stays as it was, with the looks
+    /// that were good.
+    fn change(&self, session: &mut Session, good: &mut Edits, [revise, pose]: [bool; 2]) {
         let view = self.hub.view();
-        let mut outcome = Ok(());
         if revise {
-            outcome = view.edits.overrides().and_then(|changes| session.revise(&changes));
+            match view.edits.overrides().and_then(|changes| session.revise(&changes)) {
+                Ok(()) => *good = view.edits,
+                Err(error) => {
+                    self.hub.change_view(|shared| shared.edits.clone_from(good));
+                    self.tell_error(&error);
+                }
+            }
         }
-        if pose && outcome.is_ok() {
-            outcome = session.pose(view.time).map(|_| ());
-        }
-        if let Err(error) = outcome {
+        if pose && let Err(error) = session.pose(view.time) {
             self.tell_error(&error);
         }
     }
