@@ -27,7 +27,7 @@ pub(crate) enum Command {
     /// Looks from somewhere; pictures that show it carry the number `input`.
     Camera { camera: CameraView, input: u32 },
     /// Takes a camera of the scene.
-    SceneCamera { name: String, input: u32 },
+    SceneCamera { name: String },
     /// Makes pictures of this size.
     Size { size: Size },
     /// Develops pictures in another way.

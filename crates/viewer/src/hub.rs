@@ -327,10 +327,7 @@ impl Shared {
                 view.camera = crate::view::CameraView { name: None, ..camera };
                 (self.input, orders.restart) = (input, true);
             }
-            Command::SceneCamera { name, input } => {
-                view.camera.name = Some(name);
-                (self.input, orders.restart) = (input, true);
-            }
+            Command::SceneCamera { name } => (view.camera.name, orders.restart) = (Some(name), true),
             Command::Size { size } => {
                 orders.restart |= view.size != size;
                 view.size = size;

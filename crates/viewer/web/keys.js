@@ -43,12 +43,13 @@ export function listen(canvas, camera, actions) {
   const held = new Set();
   let last = 0;
 
-  // Keys of fields and buttons are theirs.
-  const isTaken = (event) =>
-    event.target.closest("input, select, textarea, dialog, summary, button") !== null || event.ctrlKey || event.metaKey || event.altKey;
+  // Keys of fields and windows are theirs; buttons have two.
+  const isTaken = ({ target, key, ctrlKey, metaKey, altKey }) =>
+    ctrlKey || metaKey || altKey || target.closest("input, select, textarea, dialog") !== null ||
+    ((key === "Enter" || key === " ") && target.closest("button, summary, a") !== null);
 
   document.addEventListener("keydown", (event) => {
-    if (isTaken(event) && !(event.key === "?" && !event.target.closest("input, textarea, dialog"))) return;
+    if (isTaken(event)) return;
     const digit = /^Digit([0-9])$/.exec(event.code);
     if (event.key === "?") actions.help();
     else if (digit && digit[1] !== "0") actions.bookmark(Number(digit[1]), event.shiftKey);

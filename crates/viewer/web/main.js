@@ -223,19 +223,26 @@ function goToBookmark(i) {
   moved();
 }
 
-function setTheme(theme) {
-  document.documentElement.dataset.theme = theme;
-  remember("theme", theme);
+const dark = matchMedia("(prefers-color-scheme: dark)");
+
+function showTheme() {
+  document.documentElement.dataset.theme = recall("theme", dark.matches ? "dark" : "light");
 }
 
 function toggleTheme() {
-  setTheme(document.documentElement.dataset.theme === "light" ? "dark" : "light");
+  remember("theme", document.documentElement.dataset.theme === "light" ? "dark" : "light");
+  showTheme();
 }
 
-function togglePanel(shown = document.body.classList.contains("no-panel")) {
+function showPanel(shown) {
   document.body.classList.toggle("no-panel", !shown);
   $("panel-toggle").setAttribute("aria-expanded", String(shown));
+}
+
+function togglePanel() {
+  const shown = document.body.classList.contains("no-panel");
   remember("panel", shown);
+  showPanel(shown);
 }
 
 function save(kind) {
@@ -250,10 +257,9 @@ const actions = {
   moved,
   help: () => $("help").open || $("help").showModal(),
   bookmark: (n, set) => (set ? setBookmark(n - 1) : goToBookmark(n - 1)),
-  sceneCamera: () => {
+  sceneCamera: (name = state.scene?.inventory.cameras[0]?.name) => {
     state.moved = -Infinity;
-    const first = state.scene?.inventory.cameras[0];
-    if (first) want({ do: "scene_camera", name: first.name });
+    if (name !== undefined) want({ do: "scene_camera", name });
   },
   frameSelection: () => (state.picked ? frameBox(state.picked.bounds) : frameBox(state.scene?.inventory.bounds)),
   frameAll: () => frameBox(state.scene?.inventory.bounds),
@@ -274,7 +280,7 @@ const actions = {
   copyOverrides: () => share("overrides", "Changes"),
   play: () => $("timeline").hidden || setPlaying(playing === null),
   theme: toggleTheme,
-  panel: () => togglePanel(),
+  panel: togglePanel,
   speed: () => recall("speed", 0.6),
   fov: (fov) => {
     camera.fov = fov;
@@ -298,13 +304,13 @@ keys.fillList($("key-list"));
 for (const id of ["open-scenes", "welcome-open", "failed-open"]) $(id).addEventListener("click", () => scenes.show());
 $("help-open").addEventListener("click", actions.help);
 $("theme").addEventListener("click", toggleTheme);
-$("panel-toggle").addEventListener("click", () => togglePanel());
+$("panel-toggle").addEventListener("click", togglePanel);
 $("pause").addEventListener("click", actions.pause);
 $("take-over").addEventListener("click", () => link.send({ do: "steer" }));
 
-const dark = matchMedia("(prefers-color-scheme: dark)");
-setTheme(recall("theme", dark.matches ? "dark" : "light"));
-togglePanel(recall("panel", innerWidth > 760));
+dark.addEventListener("change", showTheme);
+showTheme();
+showPanel(recall("panel", innerWidth > 760));
 
 // The timeline
 

@@ -119,7 +119,7 @@ export class Panel {
 
   #sections() {
     const { want, act } = this;
-    this.camera = choice("Camera", [["", "Free"]], (name) => name && want({ do: "scene_camera", name }));
+    this.camera = choice("Camera", [["", "Free"]], (name) => name && act.sceneCamera(name));
     this.fov = number("Angle of view", { min: 5, max: 120, step: 0.5, digits: 1, change: act.fov });
     this.speed = number("Flying speed", { min: 0.05, max: 5, step: 0.05, ...log, change: (speed) => remember("speed", speed) });
     this.place = facts();

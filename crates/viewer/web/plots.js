@@ -17,6 +17,7 @@ export class Plot {
     line.append(name, this.now);
     this.canvas = document.createElement("canvas");
     this.canvas.setAttribute("role", "img");
+    this.canvas.setAttribute("aria-label", `${title}: nothing yet`);
     this.title = title;
     this.root.append(line, this.canvas);
   }

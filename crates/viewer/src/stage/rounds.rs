@@ -6,12 +6,12 @@ use crate::develop::Shown;
 use crate::hub::{FileKind, Pick, Snapshot, Turn, news};
 use crate::inventory;
 use crate::picture::{Caption, Coding, frame};
-use crate::view::View;
+use crate::view::{CameraView, View};
 use serde_json::{Value, json};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use vastlight::film::{encode_exr, encode_png};
-use vastlight::{Error, ErrorClass, Live, LivePicture, peak_rss_bytes, rss_bytes};
+use vastlight::{CameraChoice, Error, ErrorClass, Live, LivePicture, peak_rss_bytes, rss_bytes};
 
 /// Quality of pictures of a camera that moves, and of pictures that are refined.
 const MOVING_QUALITY: u8 = 75;
@@ -222,15 +222,23 @@ impl<'r, 'l> Rounds<'r, 'l> {
     }
 }
 
-/// Begins a picture; a camera that the scene does not have is replaced by its first.
+/// Begins a picture. All are told where a camera of the scene stands; one that the scene does not have is replaced by its first.
 fn begin(live: &mut Live<'_>, stage: &Stage, view: &mut View, scale: f32) -> Result<LivePicture, Error> {
-    let request = view.request(live.scene(), scale).or_else(|error| {
+    let scene = live.scene();
+    let camera = CameraView::chosen(&view.camera.choice(), scene).or_else(|error| {
         stage.tell_error(&error);
-        let scene = live.scene();
-        view.camera = crate::view::CameraView::of(&scene.cameras()[0], scene);
-        stage.hub.change_view(|shared| shared.camera.clone_from(&view.camera));
-        view.request(scene, scale)
+        CameraView::chosen(&CameraChoice::default(), scene)
     })?;
+    if camera != view.camera {
+        stage.hub.change_view(|shared| {
+            // Another may be wanted by now.
+            if shared.camera == view.camera {
+                shared.camera.clone_from(&camera);
+            }
+        });
+        view.camera = camera;
+    }
+    let request = view.request(scene, scale)?;
     live.begin(request)
 }
 

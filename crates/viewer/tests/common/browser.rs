@@ -18,18 +18,18 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const LARGEST: usize = 64 << 20;
 
 /// A browser, ended when it is dropped.
-pub struct Browser {
+pub(crate) struct Browser {
     child: Child,
     socket: WebSocket<TcpStream>,
     session: String,
     count: u64,
     /// What the page's console said of errors.
-    pub complaints: Vec<String>,
+    pub(crate) complaints: Vec<String>,
     _profile: TempDir,
 }
 
 /// The program, wherever it is.
-pub fn find() -> Option<PathBuf> {
+pub(crate) fn find() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     let places: Vec<PathBuf> = std::env::split_paths(&folders).collect();
     let given = std::env::var_os("VASTLIGHT_CHROMIUM").map(PathBuf::from);
@@ -38,7 +38,7 @@ pub fn find() -> Option<PathBuf> {
 }
 
 /// A browser, or a word that there is none.
-pub fn start() -> Option<Browser> {
+pub(crate) fn start() -> Option<Browser> {
     let Some(program) = find() else {
         println!("skipped: the page in a browser: no chromium (Debian: apt-get install chromium)");
         return None;
@@ -89,7 +89,7 @@ impl Browser {
     }
 
     /// Calls a method and waits for its result.
-    pub fn call(&mut self, method: &str, params: Value) -> Value {
+    pub(crate) fn call(&mut self, method: &str, params: Value) -> Value {
         self.count += 1;
         let id = self.count;
         let mut message = json!({"id": id, "method": method, "params": params});
@@ -123,7 +123,7 @@ impl Browser {
     }
 
     /// The value of an expression, promises awaited.
-    pub fn eval(&mut self, expression: &str) -> Value {
+    pub(crate) fn eval(&mut self, expression: &str) -> Value {
         let params = json!({"expression": expression, "awaitPromise": true, "returnByValue": true});
         let result = self.call("Runtime.evaluate", params);
         assert!(result["exceptionDetails"].is_null(), "{expression}: {}", result["exceptionDetails"]);
@@ -131,7 +131,7 @@ impl Browser {
     }
 
     /// Waits until an expression is true.
-    pub fn wait_for(&mut self, expression: &str) {
+    pub(crate) fn wait_for(&mut self, expression: &str) {
         let start = Instant::now();
         while self.eval(expression) != true {
             assert!(start.elapsed() < PATIENCE, "never: {expression}; {:?}", self.complaints);
@@ -140,38 +140,38 @@ impl Browser {
     }
 
     /// Opens a page in a window of a size.
-    pub fn open(&mut self, url: &str, width: u32, height: u32) {
+    pub(crate) fn open(&mut self, url: &str, width: u32, height: u32) {
         self.resize(width, height, false);
         self.call("Page.navigate", json!({"url": url}));
         self.wait_for("document.readyState === 'complete' && !!window.vastlight");
     }
 
-    pub fn resize(&mut self, width: u32, height: u32, mobile: bool) {
+    pub(crate) fn resize(&mut self, width: u32, height: u32, mobile: bool) {
         let scale = 1;
         let params = json!({"width": width, "height": height, "deviceScaleFactor": scale, "mobile": mobile});
         self.call("Emulation.setDeviceMetricsOverride", params);
     }
 
     /// Prefers dark or light.
-    pub fn prefer(&mut self, scheme: &str) {
+    pub(crate) fn prefer(&mut self, scheme: &str) {
         let features = json!([{"name": "prefers-color-scheme", "value": scheme}]);
         self.call("Emulation.setEmulatedMedia", json!({"features": features}));
     }
 
-    pub fn mouse(&mut self, kind: &str, x: f64, y: f64, buttons: u32) {
+    pub(crate) fn mouse(&mut self, kind: &str, x: f64, y: f64, buttons: u32) {
         let button = if buttons == 1 { "left" } else { "none" };
         let params =
             json!({"type": kind, "x": x, "y": y, "button": button, "buttons": buttons, "clickCount": 1});
         self.call("Input.dispatchMouseEvent", params);
     }
 
-    pub fn click(&mut self, x: f64, y: f64) {
+    pub(crate) fn click(&mut self, x: f64, y: f64) {
         self.mouse("mousePressed", x, y, 1);
         self.mouse("mouseReleased", x, y, 1);
     }
 
     /// Presses a key: its name, its code on the keyboard, and what it writes.
-    pub fn key(&mut self, key: &str, code: &str, modifiers: u32) {
+    pub(crate) fn key(&mut self, key: &str, code: &str, modifiers: u32) {
         let text = if key.chars().count() == 1 { key } else { "" };
         let text = if key == "Enter" { "\r" } else { text };
         let number = match key {
@@ -193,7 +193,7 @@ impl Browser {
     }
 
     /// A picture of the window: the bytes of a PNG file.
-    pub fn screenshot(&mut self) -> Vec<u8> {
+    pub(crate) fn screenshot(&mut self) -> Vec<u8> {
         use base64::Engine;
         let shot = self.call("Page.captureScreenshot", json!({"format": "png"}));
         let text = shot["data"].as_str().expect("data");

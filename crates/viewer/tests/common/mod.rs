@@ -1,7 +1,7 @@
 //! A small browser without a screen: requests, and the socket's messages.
 #![allow(dead_code, reason = "not every test needs all of it")]
 
-pub mod browser;
+pub(crate) mod browser;
 
 use serde_json::Value;
 use std::io::{Read, Write};
@@ -12,29 +12,29 @@ use tungstenite::{Message, WebSocket};
 use vastlight_viewer::{Server, Viewer};
 
 /// Longest time to wait for anything.
-pub const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A server that shows a scene with few samples.
-pub fn server(source: Option<&str>, spp: u32) -> Server {
+pub(crate) fn server(source: Option<&str>, spp: u32) -> Server {
     Server::start(Viewer { source: source.map(str::to_owned), spp, ..Viewer::default() }).expect("started")
 }
 
 /// Host and port of an address, and the token.
-pub fn parts(url: &str) -> (String, String) {
+pub(crate) fn parts(url: &str) -> (String, String) {
     let rest = url.strip_prefix("http://").expect("an address");
     let (host, query) = rest.split_once("/?token=").expect("a token");
     (host.to_owned(), query.to_owned())
 }
 
 /// An answer: status, head, body.
-pub struct Answer {
-    pub status: u16,
-    pub head: String,
-    pub body: Vec<u8>,
+pub(crate) struct Answer {
+    pub(crate) status: u16,
+    pub(crate) head: String,
+    pub(crate) body: Vec<u8>,
 }
 
 /// Asks for a path, with a host's name and an origin.
-pub fn get(address: &str, path: &str, host: &str, origin: Option<&str>) -> Answer {
+pub(crate) fn get(address: &str, path: &str, host: &str, origin: Option<&str>) -> Answer {
     let mut stream = TcpStream::connect(address).expect("connected");
     stream.set_read_timeout(Some(PATIENCE)).expect("a timeout");
     let origin = origin.map_or(String::new(), |origin| format!("Origin: {origin}\r\n"));
@@ -49,40 +49,40 @@ pub fn get(address: &str, path: &str, host: &str, origin: Option<&str>) -> Answe
 }
 
 /// Asks as the page does.
-pub fn fetch(url: &str, name: &str) -> Answer {
+pub(crate) fn fetch(url: &str, name: &str) -> Answer {
     let (host, token) = parts(url);
     get(&host, &format!("/{name}?token={token}"), &host, None)
 }
 
 /// A picture that came.
 #[derive(Clone, Debug)]
-pub struct Picture {
-    pub number: u32,
-    pub input: u32,
-    pub spp: u32,
-    pub is_final: bool,
-    pub size: [u16; 2],
-    pub file: Vec<u8>,
+pub(crate) struct Picture {
+    pub(crate) number: u32,
+    pub(crate) input: u32,
+    pub(crate) spp: u32,
+    pub(crate) is_final: bool,
+    pub(crate) size: [u16; 2],
+    pub(crate) file: Vec<u8>,
 }
 
 /// A connection.
-pub struct Page {
+pub(crate) struct Page {
     socket: WebSocket<TcpStream>,
-    pub id: u64,
+    pub(crate) id: u64,
     /// Whether pictures are confirmed as they come.
-    pub confirms: bool,
+    pub(crate) confirms: bool,
 }
 
 /// What came.
 #[derive(Debug)]
-pub enum Event {
+pub(crate) enum Event {
     Picture(Picture),
     News(Value),
     Closed,
 }
 
 impl Page {
-    pub fn open(url: &str) -> Self {
+    pub(crate) fn open(url: &str) -> Self {
         let (host, token) = parts(url);
         let mut page = Self::with_headers(&host, &format!("/ws?token={token}"), &[]).expect("connected");
         page.id = page.wait_for("hello")["id"].as_u64().expect("a number");
@@ -90,7 +90,7 @@ impl Page {
     }
 
     /// Connects with headers; the status of a refusal.
-    pub fn with_headers(host: &str, path: &str, headers: &[(&'static str, &str)]) -> Result<Self, u16> {
+    pub(crate) fn with_headers(host: &str, path: &str, headers: &[(&'static str, &str)]) -> Result<Self, u16> {
         let mut request = format!("ws://{host}{path}").into_client_request().expect("a request");
         for (name, value) in headers {
             request.headers_mut().insert(*name, value.parse().expect("a header"));
@@ -110,24 +110,24 @@ impl Page {
         }
     }
 
-    pub fn send_bytes(&mut self, bytes: Vec<u8>) {
+    pub(crate) fn send_bytes(&mut self, bytes: Vec<u8>) {
         self.socket.send(Message::Binary(bytes.into())).expect("sent");
     }
 
-    pub fn send_message(&mut self, message: Message) -> bool {
+    pub(crate) fn send_message(&mut self, message: Message) -> bool {
         self.socket.send(message).is_ok()
     }
 
-    pub fn send(&mut self, command: &Value) {
+    pub(crate) fn send(&mut self, command: &Value) {
         self.send_bytes([&[2], command.to_string().as_bytes()].concat());
     }
 
-    pub fn confirm(&mut self, frame: u32) {
+    pub(crate) fn confirm(&mut self, frame: u32) {
         self.send_bytes([&[1], &frame.to_le_bytes()[..]].concat());
     }
 
     /// The next message within a time.
-    pub fn next_within(&mut self, time: Duration) -> Option<Event> {
+    pub(crate) fn next_within(&mut self, time: Duration) -> Option<Event> {
         let start = Instant::now();
         while start.elapsed() < time {
             match self.socket.read() {
@@ -152,12 +152,12 @@ impl Page {
     }
 
     /// The first news of a kind.
-    pub fn wait_for(&mut self, kind: &str) -> Value {
+    pub(crate) fn wait_for(&mut self, kind: &str) -> Value {
         self.wait_until(kind, |_| true)
     }
 
     /// The first news of a kind that are as wanted.
-    pub fn wait_until(&mut self, kind: &str, wanted: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn wait_until(&mut self, kind: &str, wanted: impl Fn(&Value) -> bool) -> Value {
         let start = Instant::now();
         while start.elapsed() < PATIENCE {
             match self.next_within(PATIENCE) {
@@ -170,7 +170,7 @@ impl Page {
     }
 
     /// The first picture that is as wanted.
-    pub fn picture_until(&mut self, wanted: impl Fn(&Picture) -> bool) -> Picture {
+    pub(crate) fn picture_until(&mut self, wanted: impl Fn(&Picture) -> bool) -> Picture {
         let start = Instant::now();
         while start.elapsed() < PATIENCE {
             match self.next_within(PATIENCE) {
