@@ -76,7 +76,7 @@ fn stores_are_live_too() {
     let options = LoadOptions::default();
     let input = pack_input(&["demo:statue".to_owned()], &options, None).expect("an input");
     let control = PackControl { memory: None, cancel: &AtomicBool::new(false), progress: &|_| {} };
-    pack_within(input, &path, control).expect("packed");
+    pack_within(input, &path, &vastlight::store::PackConfig::default(), control).expect("packed");
     let source = path.display().to_string();
     let mut session = session(&source);
     let request = request(&session, 2);

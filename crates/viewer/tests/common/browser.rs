@@ -38,6 +38,7 @@ pub(crate) fn find() -> Option<PathBuf> {
 }
 
 /// A browser, or a word that there is none.
+#[expect(clippy::print_stdout, reason = "what was skipped is counted from the output")]
 pub(crate) fn start() -> Option<Browser> {
     let Some(program) = find() else {
         println!("skipped: the page in a browser: no chromium (Debian: apt-get install chromium)");
