@@ -1,5 +1,6 @@
 //! One command for every chore: `cargo xtask test | lint | soak | gallery [NAME] | sheet DIR`.
 
+mod browser;
 mod driver;
 mod gallery;
 mod process;
@@ -11,7 +12,8 @@ use std::process::ExitCode;
 const USAGE: &str = "usage: cargo xtask COMMAND
 
   test       everything that must pass: format, lints, documentation, all tests; counts what was skipped and why;
-             looks for a software Vulkan driver, and asks apt-get for it where there is none
+             looks for a software Vulkan driver, and asks apt-get for it where there is none; says where the
+             browser is in which the interactive page is tested
   lint       format, lints and documentation alone
   soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at
              high sample counts, stores damaged and processes killed by chance

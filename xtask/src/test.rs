@@ -1,6 +1,6 @@
 //! Lints and tests. A test that needs something absent prints `skipped: ...`; those are counted and named at the end.
 
-use crate::driver;
+use crate::{browser, driver};
 use crate::process::{cargo, lines, step};
 
 /// Code that is built on demand only is proved as well.
@@ -39,12 +39,14 @@ pub(crate) fn lint() -> Result<(), String> {
 pub(crate) fn run() -> Result<(), String> {
     lint()?;
     driver::find_or_install();
+    browser::report();
     tests("tests", &[])
 }
 
 /// The long proofs: the same tests, told to take their time, optimised.
 pub(crate) fn soak() -> Result<(), String> {
     driver::find_or_install();
+    browser::report();
     tests("long proofs", &[("VASTLIGHT_SOAK", "1")])
 }
 

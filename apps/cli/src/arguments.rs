@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::commands::{bench, devices, diff, generate, info, pack, render, validate};
+use crate::commands::{bench, devices, diff, generate, info, pack, render, validate, view};
 use clap::{Args, Parser, Subcommand};
 use vastlight::gpu::{DeviceChoice, Executor};
 use vastlight::{Device, DeviceRequest, Error, ErrorClass, parse_bytes};
@@ -25,6 +25,8 @@ pub(crate) enum Command {
     /// Render a picture of a scene
     #[command(visible_alias = "r")]
     Render(Box<render::Render>),
+    #[command(visible_alias = "v")]
+    View(Box<view::View>),
     Info(info::Info),
     Validate(validate::Validate),
     Generate(generate::Generate),
@@ -130,6 +132,14 @@ pub(crate) struct SceneArguments {
     /// glTF, GLB, OBJ, PLY or STL file, manifest of files (.toml), store (.vls), or demo:NAME
     #[arg(value_name = "SCENE")]
     pub(crate) scene: String,
+    #[command(flatten)]
+    options: SceneOptions,
+}
+
+/// How a scene is opened, and what is changed about it.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Scene options")]
+pub(crate) struct SceneOptions {
     /// Light from a latitude-longitude map (.exr, .hdr)
     #[arg(long, value_name = "FILE", conflicts_with = "sun")]
     env: Option<std::path::PathBuf>,
@@ -159,9 +169,9 @@ pub(crate) struct SceneArguments {
     time: Option<f32>,
 }
 
-impl SceneArguments {
+impl SceneOptions {
     /// How the scene is opened.
-    pub(crate) fn options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
+    pub(crate) fn load_options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
         let mut options = common.load_options();
         options.import.scene.clone_from(&self.file_scene);
         options.import.animation.clone_from(&self.animation);
@@ -173,6 +183,28 @@ impl SceneArguments {
         options.sun = self.sun;
         options.overrides = self.overrides.as_deref().map(vastlight::Overrides::read).transpose()?;
         Ok(options)
+    }
+
+    /// The same on a command line, but for the moment.
+    pub(crate) fn words(&self) -> Vec<String> {
+        let path = |path: &std::path::PathBuf| path.display().to_string();
+        let given = [
+            ("--env", self.env.as_ref().map(path)),
+            ("--sun", self.sun.map(|[azimuth, elevation]| format!("{azimuth},{elevation}"))),
+            ("--override", self.overrides.as_ref().map(path)),
+            ("--file-scene", self.file_scene.clone()),
+            ("--animation", self.animation.clone()),
+            ("--triangles", self.triangles.map(|n| n.to_string())),
+            ("--texture-bytes", self.texture_bytes.map(|n| n.to_string())),
+        ];
+        given.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten().collect()
+    }
+}
+
+impl SceneArguments {
+    /// How the scene is opened.
+    pub(crate) fn options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
+        self.options.load_options(common)
     }
 
     /// Whether the scene is a store.

@@ -41,6 +41,7 @@ fn run(cli: &Cli, start: Instant) -> Result<Exit, Error> {
     let pool = pool.build().map_err(|e| Error::usage(e.to_string(), "--threads", ""))?;
     pool.install(|| match &cli.command {
         Command::Render(arguments) => commands::render::run(arguments, &cli.common, start),
+        Command::View(arguments) => commands::view::run(arguments, &cli.common),
         Command::Info(arguments) => commands::info::run(arguments, &cli.common),
         Command::Validate(arguments) => commands::validate::run(arguments, &cli.common),
         Command::Generate(arguments) => commands::generate::run(arguments, &cli.common, start),

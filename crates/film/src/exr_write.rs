@@ -7,7 +7,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Blocks, Compression, Encoding, FlatSamples, Image,
     ImageAttributes, IntegerBounds, Layer, LayerAttributes, LineOrder, SmallVec, Text, Vec2, WritableImage,
 };
-use std::io::Cursor;
+use std::io::{self, Cursor};
 use std::path::Path;
 
 /// Writes all planes of a picture as one EXR part. The same picture gives the same bytes.
@@ -19,7 +19,15 @@ pub fn write_exr(path: &Path, picture: &Picture) -> Result<(), FilmError> {
     write_atomically(path, |w| w.write_all(&bytes))
 }
 
-fn encode_exr(picture: &Picture) -> exr::error::Result<Vec<u8>> {
+/// The bytes of an EXR file of all planes.
+///
+/// # Errors
+/// If the picture has no pixels.
+pub fn encode_exr(picture: &Picture) -> io::Result<Vec<u8>> {
+    encode(picture).map_err(io::Error::other)
+}
+
+fn encode(picture: &Picture) -> exr::error::Result<Vec<u8>> {
     let mut bytes = Cursor::new(Vec::new());
     image(picture)?.write().to_buffered(&mut bytes)?;
     let mut bytes = bytes.into_inner();

@@ -69,8 +69,9 @@ pub fn encode_png(picture: &Picture, options: &PngOptions) -> io::Result<Vec<u8>
     Ok(bytes)
 }
 
-/// The samples of the file, rows from the top, RGB, big-endian.
-fn quantise(picture: &Picture, options: &PngOptions) -> Option<Vec<u8>> {
+/// The samples of a PNG file, rows from the top, RGB, big-endian; none if the picture has no colour channels.
+#[must_use]
+pub fn quantise(picture: &Picture, options: &PngOptions) -> Option<Vec<u8>> {
     let [red, green, blue] = picture.rgb()?;
     let scale = real::exp2(options.exposure);
     let width = picture.window.width() as usize;

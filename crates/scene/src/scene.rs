@@ -185,6 +185,33 @@ impl Scene {
         self.shutter = shutter;
     }
 
+    /// Changes materials, lights without surface, the environment, and images that these need; whatever else `change` does is an error.
+    /// Meshes keep the tangents that they have. After an error all is as it was.
+    ///
+    /// # Errors
+    /// Those of `change`, and of what it leaves.
+    pub fn revise<E: From<SceneError>>(
+        &mut self,
+        change: impl FnOnce(&mut SceneDesc) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let Self { desc, environment, .. } = self;
+        let before = (desc.materials.clone(), desc.lights.clone(), desc.environment.clone(), desc.images.len());
+        let sizes = |desc: &SceneDesc| [desc.materials.len(), desc.lights.len(), desc.meshes.len()];
+        let expected = sizes(desc);
+        let outcome = change(desc).and_then(|()| {
+            if sizes(desc) != expected {
+                return Err(SceneError::new("a table has another length", "scene", "").into());
+            }
+            Ok(check_indices(desc)?)
+        });
+        if outcome.is_err() {
+            (desc.materials, desc.lights, desc.environment) = (before.0, before.1, before.2);
+            desc.images.truncate(before.3);
+        }
+        *environment = environment_or_sky(desc);
+        outcome
+    }
+
     /// A scene whose meshes went through [`MeshPreparation`] and of which some are elsewhere: those have names and parts
     /// alone. The meshes `deforming`, ascending, get other vertices with each pose, are here, and were not prepared. `instances`
     /// stand in the place of those of `desc`; `extents` says what all meshes are.
@@ -227,7 +254,8 @@ impl Scene {
             desc.cameras.push(Camera::framing(&bounds.all));
         }
         warn_of_implicit_lamps(&mut desc);
-        let environment = environment_or_sky(&mut desc);
+        warn_of_black_surroundings(&mut desc);
+        let environment = environment_or_sky(&desc);
         Self {
             desc,
             instances: Arc::new(instances),
@@ -533,23 +561,26 @@ fn warn_of_implicit_lamps(desc: &mut SceneDesc) {
     }
 }
 
+fn has_lamp(desc: &SceneDesc) -> bool {
+    desc.materials.iter().any(|m| m.is_emissive() && m.emission.factor.max_element() > 1.0)
+}
+
+fn warn_of_black_surroundings(desc: &mut SceneDesc) {
+    if desc.environment.is_none() && !desc.lights.is_empty() && !has_lamp(desc) {
+        let hint = "viewers may add some; --sun AZ,EL or --env FILE does here";
+        desc.diagnostics.warn("the scene has lights but no surroundings, so those are black", "lights", hint);
+    }
+}
+
 /// What the description says, or a sky where nothing else lights the scene.
 ///
 /// A material that emits no more than a radiance of 1 is a glowing label or display, not a lamp: files full of those
 /// are meant to be seen under a viewer's own light. Lights without surface alone are a choice of the author's, but not
 /// what a viewer with surroundings of its own would show, so a hint stands in the diagnostics.
-fn environment_or_sky(desc: &mut SceneDesc) -> Environment {
-    let is_lamp = |m: &Material| m.is_emissive() && m.emission.factor.max_element() > 1.0;
-    let has_lamp = desc.materials.iter().any(is_lamp);
-    let has_lights = !desc.lights.is_empty();
-    if desc.environment.is_none() && has_lights && !has_lamp {
-        let hint = "viewers may add some; --sun AZ,EL or --env FILE does here";
-        desc.diagnostics.warn("the scene has lights but no surroundings, so those are black", "lights", hint);
-    }
-    let shines = has_lights || has_lamp;
+fn environment_or_sky(desc: &SceneDesc) -> Environment {
     match &desc.environment {
         Some(environment) => environment.clone(),
-        None if shines => Environment::Constant(Vec3::ZERO),
+        None if !desc.lights.is_empty() || has_lamp(desc) => Environment::Constant(Vec3::ZERO),
         None => Environment::Sky(Sky::default()),
     }
 }
@@ -565,6 +596,28 @@ mod tests {
         let mut desc = one_triangle();
         desc.meshes[0] = Mesh { name: "ball".into(), implicit: Some(Arc::new(shape)), ..Mesh::default() };
         desc
+    }
+
+    #[test]
+    fn looks_change_alone_and_whole_or_not_at_all() {
+        let mut scene = Scene::new(one_triangle()).expect("valid");
+        let before = scene.clone();
+        let darken = |desc: &mut SceneDesc| {
+            desc.materials[0].roughness = crate::ScalarInput::new(0.25);
+            desc.environment = Some(Environment::Constant(Vec3::ONE));
+            Ok::<_, SceneError>(())
+        };
+        scene.revise(darken).expect("revised");
+        assert_eq!(scene.materials()[0].roughness.factor, 0.25);
+        assert_eq!(*scene.environment(), Environment::Constant(Vec3::ONE));
+        let mut other = before.clone();
+        let wrong = |desc: &mut SceneDesc| {
+            darken(desc)?;
+            desc.materials.clear();
+            Ok::<_, SceneError>(())
+        };
+        assert!(other.revise(wrong).is_err());
+        assert_eq!((other.materials(), other.environment()), (before.materials(), before.environment()));
     }
 
     #[test]

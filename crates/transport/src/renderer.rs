@@ -74,6 +74,12 @@ impl<'a> Renderer<'a> {
         Self { pages: Some(pages), ..self }
     }
 
+    /// Goes on with other settings: another camera, size or integrator of the same scene.
+    pub fn use_settings(&mut self, settings: RenderSettings) {
+        self.camera = CameraRays::new(&settings);
+        self.settings = settings;
+    }
+
     /// What rays are traced through.
     #[must_use]
     pub fn tracer(&self) -> &Tracer {

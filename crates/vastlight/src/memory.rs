@@ -192,7 +192,8 @@ pub fn peak_rss_bytes() -> Option<u64> {
 }
 
 /// The resident set of the process now, bytes. `None` where the system does not say.
-pub(crate) fn rss_bytes() -> Option<u64> {
+#[must_use]
+pub fn rss_bytes() -> Option<u64> {
     proc_kilobytes("/proc/self/status", "VmRSS:")
 }
 

@@ -112,16 +112,25 @@ pub fn open_store(source: Arc<dyn Source>, options: &LoadOptions) -> Result<Open
             "the store is damaged: pack the scene again",
         ));
     }
-    if let Some(material) = dark_emitter(&scene) {
-        let what = format!("material \"{material}\" is made to shine, but its triangles are not in memory");
-        return Err(Error::usage(what, name, "pack the scene with this override"));
-    }
-    if let Some(image) = missing_texels(&scene, &pages.textures) {
-        let what = format!("a material needs image \"{image}\" as a whole, but its texels are in tiles");
-        return Err(Error::usage(what, name, "pack the scene with this override"));
-    }
+    check_looks(&scene, &pages)?;
     bring_to(&mut scene, options.time, name)?;
     Ok(OpenScene { scene, stored: Some(pages) })
+}
+
+/// Refuses materials that need what a store does not have.
+pub(crate) fn check_looks(scene: &Scene, pages: &StoredPages) -> Result<(), Error> {
+    let refused = |what| Err(Error::usage(what, pages.source.name(), "pack the scene with this override"));
+    if let Some(material) = dark_emitter(scene) {
+        return refused(format!(
+            "material \"{material}\" is made to shine, but its triangles are not in memory"
+        ));
+    }
+    if let Some(image) = missing_texels(scene, &pages.textures) {
+        return refused(format!(
+            "a material needs image \"{image}\" as a whole, but its texels are in tiles"
+        ));
+    }
+    Ok(())
 }
 
 /// An image that a material looks up in a way that its tiles do not serve.

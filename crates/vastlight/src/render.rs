@@ -177,7 +177,7 @@ fn on_graphics_processor(
     if kept.executor.is_none() {
         kept.executor = request.device.open()?;
     }
-    let Kept { tracer, executor: Some(executor) } = kept else { return Ok(None) };
+    let Kept { tracer, executor: Some(executor), .. } = kept else { return Ok(None) };
     let request = RenderRequest { tracer: structures(request), ..request.clone() };
     let rendered = render_with(open, &request, control, tracer, Some(executor));
     if rendered.is_err() {
@@ -301,7 +301,7 @@ fn tile_size(pixels: u64, threads: usize, tiles: Tiles) -> u32 {
     sizes.iter().copied().find(|&n| pixels / u64::from(n * n) >= each as u64).unwrap_or(16)
 }
 
-fn film_settings(request: &RenderRequest, tiles: Tiles) -> FilmSettings {
+pub(crate) fn film_settings(request: &RenderRequest, tiles: Tiles) -> FilmSettings {
     let settings = &request.settings;
     let region = settings.region();
     FilmSettings {
@@ -313,9 +313,9 @@ fn film_settings(request: &RenderRequest, tiles: Tiles) -> FilmSettings {
 }
 
 /// Hands the renderer's samples to a tile of the film.
-struct TileSink<'t> {
-    tile: &'t mut FilmTile,
-    ids: &'t Ids,
+pub(crate) struct TileSink<'t> {
+    pub(crate) tile: &'t mut FilmTile,
+    pub(crate) ids: &'t Ids,
 }
 
 impl SampleSink for TileSink<'_> {

@@ -2,9 +2,17 @@
 //! update them.
 
 use crate::render::{render_keeping, tracer_of};
-use crate::{Control, Error, ErrorClass, Exposure, LoadOptions, OpenScene, RenderRequest, Rendered, open};
+use crate::live::{Live, LiveParts};
+use crate::open::check_looks;
+use crate::{
+    Control, Error, ErrorClass, Exposure, LoadOptions, OpenScene, Overrides, RenderRequest, Rendered, open,
+    paged,
+};
+use std::time::Instant;
 use vastlight_gpu::Executor;
-use vastlight_scene::generate;
+use vastlight_import::Limits;
+use vastlight_scene::{Environment, Light, Material, SceneDesc, generate};
+use vastlight_trace::paged::Caches;
 use vastlight_trace::{PoseError, PoseReport, Tracer, TracerConfig};
 
 /// What one picture leaves for the next of the same scene.
@@ -13,6 +21,35 @@ pub(crate) struct Kept {
     /// The structures, and how they were asked for.
     pub(crate) tracer: Option<(TracerConfig, Tracer)>,
     pub(crate) executor: Option<Executor>,
+    /// Caches over the pages of a store, of live pictures.
+    pub(crate) caches: Option<Caches>,
+}
+
+/// What a scene looked like when it was opened.
+#[derive(Clone, Debug)]
+struct Looks {
+    materials: Vec<Material>,
+    lights: Vec<Light>,
+    environment: Option<Environment>,
+    images: usize,
+}
+
+impl Looks {
+    fn of(desc: &SceneDesc) -> Self {
+        let SceneDesc { materials, lights, environment, images, .. } = desc;
+        let (materials, lights) = (materials.clone(), lights.clone());
+        Self { materials, lights, environment: environment.clone(), images: images.len() }
+    }
+
+    /// Undoes changes; lights stay where they have moved to.
+    fn restore(&self, desc: &mut SceneDesc) {
+        desc.materials.clone_from(&self.materials);
+        desc.environment.clone_from(&self.environment);
+        desc.images.truncate(self.images);
+        for (light, looked) in desc.lights.iter_mut().zip(&self.lights) {
+            *light = Light { world_from_light: light.world_from_light, ..looked.clone() };
+        }
+    }
 }
 
 /// The structures of a request: those that are there, or new ones.
@@ -34,6 +71,9 @@ pub struct Session {
     moving: u64,
     /// Where the scene comes from, if moments of it are made by opening it again.
     reopened: Option<(String, LoadOptions)>,
+    limits: Limits,
+    /// Changes since the scene was opened, and what they change.
+    revision: Option<(Overrides, Looks)>,
 }
 
 impl Session {
@@ -44,7 +84,8 @@ impl Session {
             && source.strip_prefix("demo:").is_some_and(generate::moves)
             && open.stored.is_none();
         let reopened = is_function.then(|| (source.to_owned(), options.clone()));
-        Self { open, kept: Kept::default(), moving: 0, reopened }
+        let limits = options.import.limits.clone();
+        Self { open, kept: Kept::default(), moving: 0, reopened, limits, revision: None }
     }
 
     /// The scene at the moment of the last pose, and where its meshes are.
@@ -79,6 +120,9 @@ impl Session {
             options.time = Some(time);
             self.open = open(source, options)?;
             self.kept.tracer = None;
+            if let Some((changes, _)) = self.revision.take() {
+                self.revise(&changes)?;
+            }
             return Ok(PoseReport::default());
         }
         let poses = exposure.poses(&self.open.scene, time)?;
@@ -93,6 +137,72 @@ impl Session {
         let extents = self.open.scene.extents();
         self.moving = report.change.meshes.iter().map(|&mesh| extents[mesh as usize].triangles).sum();
         Ok(report)
+    }
+
+    /// Whether [`Session::pose`] does anything, and the time from the first moment to the last, in seconds, where there is one.
+    #[must_use]
+    pub fn movement(&self) -> Option<Option<f32>> {
+        let motion = self.open.scene.motion();
+        motion.map(|motion| Some(motion.duration())).or(self.reopened.is_some().then_some(None))
+    }
+
+    /// Gives the scene as it was opened other looks, in place of those that were given before. The pictures are those of a scene that is
+    /// opened with these changes.
+    ///
+    /// # Errors
+    /// They name what is not there, or need what a store does not have; then nothing is changed.
+    pub fn revise(&mut self, changes: &Overrides) -> Result<(), Error> {
+        let Self { open: OpenScene { scene, stored }, limits, revision, .. } = self;
+        let fresh = || (Overrides::default(), Looks::of(scene.desc()));
+        let (known, looks) = revision.take().unwrap_or_else(fresh);
+        let mut look = |changes: &Overrides| {
+            scene.revise(|desc| {
+                looks.restore(desc);
+                changes.apply(desc, limits)
+            })?;
+            stored.as_ref().map_or(Ok(()), |pages| check_looks(scene, pages))
+        };
+        let outcome = look(changes);
+        let kept = if outcome.is_ok() { changes.clone() } else { known };
+        if outcome.is_err() {
+            look(&kept)?;
+        }
+        *revision = Some((kept, looks));
+        outcome
+    }
+
+    /// Makes the scene ready for live pictures, and hands it to `body`. The request's structures and memory count, and its size and
+    /// outputs as the largest that there will be; pictures are made on the CPU, on the threads of the current pool, of a scene in a
+    /// store on twice as many.
+    ///
+    /// # Errors
+    /// The structures cannot be built, or a scene in a store does not fit into the memory of the request.
+    pub fn live<R: Send>(
+        &mut self,
+        request: &RenderRequest,
+        body: impl FnOnce(&mut Live<'_>) -> R + Send,
+    ) -> Result<R, Error> {
+        if self.open.stored.is_none() {
+            return self.live_here(request, body);
+        }
+        paged::pool(&request.paging)?.install(|| self.live_here(request, body))
+    }
+
+    fn live_here<R>(
+        &mut self,
+        request: &RenderRequest,
+        body: impl FnOnce(&mut Live<'_>) -> R,
+    ) -> Result<R, Error> {
+        let Self { open, kept: Kept { tracer, caches, .. }, .. } = self;
+        let start = Instant::now();
+        let tracer = kept_tracer(tracer, open, request)?;
+        let build = start.elapsed();
+        let materials = open.materials();
+        if let (Some(stored), None) = (&open.stored, &caches) {
+            *caches = Some(paged::caches(stored, request, materials.most_tiles())?);
+        }
+        let parts = LiveParts { open, tracer, materials: &materials, caches: caches.as_ref() };
+        parts.with_live(request, (start, build), body)
     }
 
     /// Triangles of the meshes that the last pose gave other vertices.

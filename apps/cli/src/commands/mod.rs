@@ -9,4 +9,5 @@ pub(crate) mod later;
 pub(crate) mod pack;
 pub(crate) mod render;
 pub(crate) mod validate;
+pub(crate) mod view;
 pub(crate) mod write;
