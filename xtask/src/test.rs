@@ -1,7 +1,7 @@
 //! Lints and tests. A test that needs something absent prints `skipped: ...`; those are counted and named at the end.
 
-use crate::{browser, driver};
 use crate::process::{cargo, lines, step};
+use crate::{browser, driver};
 
 /// Code that is built on demand only is proved as well.
 const FEATURES: &str = "vastlight-cli/object-store";

@@ -125,6 +125,9 @@ impl Common {
     }
 }
 
+/// Files a second of sequences, unless said.
+const SEQUENCE_FPS: f32 = 24.0;
+
 /// Where a scene comes from and what is changed about it.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Scene options")]
@@ -156,7 +159,7 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "NAME")]
     animation: Option<String>,
     /// Files a second of a sequence (mesh.####.ply)
-    #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = crate::values::positive)]
+    #[arg(long, value_name = "N", default_value_t = SEQUENCE_FPS, value_parser = crate::values::positive)]
     sequence_fps: f32,
     /// Triangles of a demo scene whose size can be chosen
     #[arg(long, value_name = "N")]
@@ -194,6 +197,7 @@ impl SceneOptions {
             ("--override", self.overrides.as_ref().map(path)),
             ("--file-scene", self.file_scene.clone()),
             ("--animation", self.animation.clone()),
+            ("--sequence-fps", (self.sequence_fps != SEQUENCE_FPS).then(|| self.sequence_fps.to_string())),
             ("--triangles", self.triangles.map(|n| n.to_string())),
             ("--texture-bytes", self.texture_bytes.map(|n| n.to_string())),
         ];
@@ -214,7 +218,7 @@ impl SceneArguments {
 
     /// The moment that was asked for.
     pub(crate) fn time(&self) -> Option<f32> {
-        self.time
+        self.options.time
     }
 
     /// The scene as it was named.

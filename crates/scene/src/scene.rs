@@ -195,7 +195,8 @@ impl Scene {
         change: impl FnOnce(&mut SceneDesc) -> Result<(), E>,
     ) -> Result<(), E> {
         let Self { desc, environment, .. } = self;
-        let before = (desc.materials.clone(), desc.lights.clone(), desc.environment.clone(), desc.images.len());
+        let before =
+            (desc.materials.clone(), desc.lights.clone(), desc.environment.clone(), desc.images.len());
         let sizes = |desc: &SceneDesc| [desc.materials.len(), desc.lights.len(), desc.meshes.len()];
         let expected = sizes(desc);
         let outcome = change(desc).and_then(|()| {

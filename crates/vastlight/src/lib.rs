@@ -53,9 +53,7 @@ pub use error::{Error, ErrorClass};
 pub use input::PackInput;
 pub use live::{Live, LivePicture, Picked};
 pub use load::{LoadOptions, describe, load, pack_input, stream};
-pub use memory::{
-    MemoryEstimate, default_budget_bytes, human_bytes, parse_bytes, peak_rss_bytes, rss_bytes,
-};
+pub use memory::{MemoryEstimate, default_budget_bytes, human_bytes, parse_bytes, peak_rss_bytes, rss_bytes};
 pub use moving::{
     ClusterFigures, ClusterMoment, ClusterRequest, MovingFigures, MovingRequest, measure_clusters,
     measure_moving,

@@ -13,7 +13,9 @@ use vastlight_scene::Scene;
 use vastlight_trace::paged::Caches;
 use vastlight_trace::{Hit, HitFilter, Tracer};
 use vastlight_transport::photon::{PhotonMaps, PhotonPlan};
-use vastlight_transport::{Integrator, Lights, MaterialTable, RenderSettings, RenderStats, Renderer, Sample, Tile};
+use vastlight_transport::{
+    Integrator, Lights, MaterialTable, RenderSettings, RenderStats, Renderer, Sample, Tile,
+};
 
 /// Largest edge of a tile of a scene in pages: a tile that is begun is finished, however eagerly somebody waits.
 const LARGEST_TILE: u32 = 64;
@@ -212,7 +214,8 @@ impl Live<'_> {
 
     /// Sends the photons of a sample, unless they are there.
     fn send_photons(&self, picture: &mut LivePicture, sample: u32) -> Result<(), Error> {
-        if let (Some(plan), None) = (&picture.plan, picture.photons.as_ref().filter(|(of, _)| *of == sample)) {
+        if let (Some(plan), None) = (&picture.plan, picture.photons.as_ref().filter(|(of, _)| *of == sample))
+        {
             let (photons, rays) = self.renderer.photon_maps(plan, sample)?;
             picture.photons = Some((sample, photons));
             picture.cost.rays += rays;

@@ -1,9 +1,9 @@
 //! An open scene with what pictures of it share: structures for rays, and a graphics processor. Frames of a scene that moves
 //! update them.
 
-use crate::render::{render_keeping, tracer_of};
 use crate::live::{Live, LiveParts};
 use crate::open::check_looks;
+use crate::render::{render_keeping, tracer_of};
 use crate::{
     Control, Error, ErrorClass, Exposure, LoadOptions, OpenScene, Overrides, RenderRequest, Rendered, open,
     paged,
@@ -199,7 +199,8 @@ impl Session {
         let build = start.elapsed();
         let materials = open.materials();
         if let (Some(stored), None) = (&open.stored, &caches) {
-            *caches = Some(paged::caches(stored, request, materials.most_tiles())?);
+            let beside = open.triangles_beside_pages();
+            *caches = Some(paged::caches((stored, beside), request, materials.most_tiles())?);
         }
         let parts = LiveParts { open, tracer, materials: &materials, caches: caches.as_ref() };
         parts.with_live(request, (start, build), body)

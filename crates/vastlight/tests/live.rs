@@ -119,8 +119,7 @@ fn what_moves_keeps_its_changed_looks() {
         assert!(session.movement().is_some());
         session.pose(0.5).expect("posed");
         let request = request(&session, 1);
-        let options =
-            LoadOptions { overrides: Some(overrides), time: Some(0.5), ..LoadOptions::default() };
+        let options = LoadOptions { overrides: Some(overrides), time: Some(0.5), ..LoadOptions::default() };
         let picture = in_pieces(&mut session, &request).develop();
         assert_eq!(picture, rendered(source, &options, &request), "{source}");
     }

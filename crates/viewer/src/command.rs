@@ -1,8 +1,8 @@
 //! Messages from the page: `[1, frame as u32]` confirms a picture, `[2, JSON]` is a command.
 
+use crate::develop::Channel;
 use crate::edits::{EnvironmentEdit, LightEdit, MaterialEdit};
 use crate::view::{CameraView, RenderView, Size, ToneView};
-use crate::develop::Channel;
 use serde::Deserialize;
 
 /// Longest message, bytes.
@@ -117,7 +117,10 @@ mod tests {
     #[test]
     fn commands_are_read_and_checked() {
         assert_eq!(parse(&[1, 5, 1, 0, 0]), Ok(Message::Shown(261)));
-        assert_eq!(command(r#"{"do":"pause","paused":true}"#), Ok(Message::Do(Command::Pause { paused: true })));
+        assert_eq!(
+            command(r#"{"do":"pause","paused":true}"#),
+            Ok(Message::Do(Command::Pause { paused: true }))
+        );
         assert_eq!(command(r#"{"do":"reset"}"#), Ok(Message::Do(Command::Reset {})));
         let camera = |eye: &str, fov: &str| {
             command(&format!(

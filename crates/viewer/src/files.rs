@@ -82,11 +82,21 @@ mod tests {
         let outer = tempfile::tempdir().expect("a folder");
         let root = outer.path().join("shared");
         std::fs::create_dir_all(root.join("deep")).expect("made");
-        for file in ["shared/a.glb", "shared/deep/b.PLY", "shared/notes.txt", "secret.glb", "shared/.hidden.obj"] {
+        for file in
+            ["shared/a.glb", "shared/deep/b.PLY", "shared/notes.txt", "secret.glb", "shared/.hidden.obj"]
+        {
             std::fs::write(outer.path().join(file), "x").expect("written");
         }
         assert!(below(&root, "a.glb").is_ok() && below(&root, "deep/b.PLY").is_ok());
-        for name in ["../secret.glb", "deep/../../secret.glb", "/etc/passwd", "..", "deep\\..\\..", "a\0b", "none.glb"] {
+        for name in [
+            "../secret.glb",
+            "deep/../../secret.glb",
+            "/etc/passwd",
+            "..",
+            "deep\\..\\..",
+            "a\0b",
+            "none.glb",
+        ] {
             assert!(below(&root, name).is_err(), "{name}");
         }
         #[cfg(unix)]

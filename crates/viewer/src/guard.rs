@@ -34,9 +34,8 @@ impl Guard {
                 ip.is_loopback() || ip == self.address || self.address.is_unspecified()
             }),
         };
-        let same = |origin: &str| {
-            origin.strip_prefix("http://").or(origin.strip_prefix("https://")) == Some(host)
-        };
+        let same =
+            |origin: &str| origin.strip_prefix("http://").or(origin.strip_prefix("https://")) == Some(host);
         is_ours && origin.is_none_or(same)
     }
 }

@@ -13,12 +13,8 @@ const MOST_WARNINGS: usize = 20;
 
 /// All of it.
 pub(crate) fn of_scene(scene: &Scene) -> Value {
-    let cameras: Vec<Value> = scene
-        .cameras()
-        .iter()
-        .take(MOST)
-        .map(|camera| json!(CameraView::of(camera, scene)))
-        .collect();
+    let cameras: Vec<Value> =
+        scene.cameras().iter().take(MOST).map(|camera| json!(CameraView::of(camera, scene))).collect();
     let materials: Vec<Value> = scene.materials().iter().take(MOST).map(material).collect();
     let lights: Vec<Value> = scene
         .lights()

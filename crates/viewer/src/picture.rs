@@ -57,7 +57,8 @@ pub(crate) fn frame(shown: &Shown, coding: Coding, caption: Caption) -> Result<F
             bytes.extend(encode_png(&shown.picture, &shown.options).map_err(|e| failed(&e))?);
         }
         Coding::Lossy(quality) => {
-            let pixels = quantise(&shown.picture, &shown.options).ok_or_else(|| failed(&"it has no colours"))?;
+            let pixels =
+                quantise(&shown.picture, &shown.options).ok_or_else(|| failed(&"it has no colours"))?;
             let encoder = Encoder::new(&mut bytes, quality);
             let [width, height] = size.map(|edge| edge as u16);
             encoder.encode(&pixels, width, height, ColorType::Rgb).map_err(|e| failed(&e))?;

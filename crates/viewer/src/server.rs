@@ -92,7 +92,8 @@ impl Server {
     /// The address cannot be had, or threads cannot be made.
     pub fn start(viewer: Viewer) -> Result<Self, Error> {
         let place = SocketAddr::new(viewer.host, viewer.port);
-        let failed = |e: &dyn std::fmt::Display| Error::usage(e.to_string(), place.to_string(), "take another --port");
+        let failed =
+            |e: &dyn std::fmt::Display| Error::usage(e.to_string(), place.to_string(), "take another --port");
         let listener = TcpListener::bind(place).map_err(|e| failed(&e))?;
         listener.set_nonblocking(true).map_err(|e| failed(&e))?;
         let address = listener.local_addr().map_err(|e| failed(&e))?;
@@ -183,7 +184,8 @@ async fn check(State(shared): State<Shared>, request: Request, next: Next) -> Re
 fn is_allowed(guard: &Guard, request: &Request) -> bool {
     let text = |name| request.headers().get(name).map(|value| value.to_str().unwrap_or_default());
     let by_path = request.uri().path().strip_prefix("/page/").and_then(|rest| rest.split('/').next());
-    let by_query = || Query::<Token>::try_from_uri(request.uri()).map_or(String::new(), |query| query.0.token);
+    let by_query =
+        || Query::<Token>::try_from_uri(request.uri()).map_or(String::new(), |query| query.0.token);
     let token = by_path.map_or_else(by_query, str::to_owned);
     guard.accepts(text(header::HOST), text(header::ORIGIN)) && guard.knows_token(&token)
 }

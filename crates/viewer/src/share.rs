@@ -108,11 +108,13 @@ mod tests {
             "vastlight render 'my house.glb' -o picture.png --sun 10,45 -r 1280x720 --spp 32 --max-depth 16 --seed 0 \
              --integrator path --camera 'Camera 1' --exposure 0 --tonemap filmic"
         );
-        view.camera =
-            CameraView { eye: [-0.1, 1e-7, 3.0], target: [0.0, 0.0, 1e9], fov: 39.5, name: None };
+        view.camera = CameraView { eye: [-0.1, 1e-7, 3.0], target: [0.0, 0.0, 1e9], fov: 39.5, name: None };
         view.channel = Channel::Normal;
         let text = command(&view, "a.glb", &[]);
-        assert!(text.contains("--integrator primary --look-at -0.1,0.0000001,3,0,0,1000000000 --fov 39.5"), "{text}");
+        assert!(
+            text.contains("--integrator primary --look-at -0.1,0.0000001,3,0,0,1000000000 --fov 39.5"),
+            "{text}"
+        );
         assert!(text.ends_with("--aov normal"), "{text}");
         assert_eq!(quoted("it's"), r"'it'\''s'");
     }

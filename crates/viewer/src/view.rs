@@ -51,8 +51,7 @@ impl View {
         let scaled = |n: u32| ((n as f32 * scale).round() as u32).max(1);
         let (width, height) = (scaled(self.size.width), scaled(self.size.height));
         let is_path = self.render.integrator == IntegratorName::Path;
-        let caustics =
-            (self.render.caustics && is_path && scale == 1.0).then(PhotonSettings::default);
+        let caustics = (self.render.caustics && is_path && scale == 1.0).then(PhotonSettings::default);
         let integrator = match self.channel {
             Channel::Beauty => self.render.integrator.integrator(),
             _ => Integrator::Primary,

@@ -10,7 +10,8 @@ use vastlight_viewer::{Server, Viewer};
 
 /// Whether the last picture is complete.
 const DONE: &str = "!!vastlight.measured.last?.isFinal && vastlight.measured.last.full[0] === document.getElementById('viewport').width";
-const READY: &str = "vastlight.state.phase === 'ready' && vastlight.state.steering && !!vastlight.measured.last";
+const READY: &str =
+    "vastlight.state.phase === 'ready' && vastlight.state.steering && !!vastlight.measured.last";
 /// The bytes of the canvas, as one number.
 const HASH: &str = "(() => { const c = document.getElementById('viewport'); let h = 0; \
     for (const x of c.getContext('2d').getImageData(0, 0, c.width, c.height).data) h = (h * 31 + x) | 0; return h; })()";
@@ -95,7 +96,9 @@ fn the_keyboard_does_all() {
     assert_eq!(browser.eval(outline), "solid", "focus is seen");
     let eye = "JSON.stringify(vastlight.camera.plain().eye)";
     let mut last = browser.eval(eye);
-    for (key, code, modifiers) in [("ArrowLeft", "ArrowLeft", 0), ("ArrowUp", "ArrowUp", 8), ("+", "Equal", 8), ("Home", "Home", 0)] {
+    for (key, code, modifiers) in
+        [("ArrowLeft", "ArrowLeft", 0), ("ArrowUp", "ArrowUp", 8), ("+", "Equal", 8), ("Home", "Home", 0)]
+    {
         browser.key(key, code, modifiers);
         let now = browser.eval(eye);
         assert_ne!(now, last, "{key}");
@@ -104,7 +107,8 @@ fn the_keyboard_does_all() {
     browser.key("Enter", "Enter", 0);
     browser.wait_for("vastlight.state.picked !== null");
     browser.key(" ", "Space", 0);
-    browser.wait_for("vastlight.state.view.paused && document.getElementById('pause').textContent === 'Go on'");
+    browser
+        .wait_for("vastlight.state.view.paused && document.getElementById('pause').textContent === 'Go on'");
     browser.key(" ", "Space", 0);
     browser.wait_for("!vastlight.state.view.paused");
     browser.key("]", "BracketRight", 0);
@@ -181,7 +185,9 @@ fn every_size_has_its_picture() {
         browser.resize(300 + i * 7 % 400, 320 + i * 11 % 300, false);
     }
     browser.resize(640, 420, false);
-    browser.wait_for(&format!("{DONE} && vastlight.measured.last.full[0] === document.getElementById('frame').clientWidth"));
+    browser.wait_for(&format!(
+        "{DONE} && vastlight.measured.last.full[0] === document.getElementById('frame').clientWidth"
+    ));
     assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }
 
@@ -240,8 +246,14 @@ fn pictures_follow_a_drag() {
         (measured["pictures"].as_f64().expect("a number"), measured["bytes"].as_f64().expect("a number"));
     println!(
         "{scene} {}x{}: input to picture p50 {:.0} ms, p95 {:.0} ms of {}, {:.1} pictures/s, {:.0} kB a picture, {:.0} kB/s",
-        measured["last"]["full"][0], measured["last"]["full"][1], at(&times, 0.5), at(&times, 0.95), times.len(),
-        pictures / drag, bytes / pictures / 1e3, bytes / drag / 1e3,
+        measured["last"]["full"][0],
+        measured["last"]["full"][1],
+        at(&times, 0.5),
+        at(&times, 0.95),
+        times.len(),
+        pictures / drag,
+        bytes / pictures / 1e3,
+        bytes / drag / 1e3,
     );
     assert!(at(&times, 0.5) < 2000.0, "pictures do not follow");
 }
@@ -253,7 +265,8 @@ fn screenshots() {
     let folder = std::env::var_os("VASTLIGHT_SCREENSHOTS").expect("VASTLIGHT_SCREENSHOTS names a folder");
     let scene = std::env::var("VASTLIGHT_VIEW_SCENE").unwrap_or_else(|_| "demo:still-life".into());
     for (name, size, scheme) in [
-        ("viewer-dark", [1360, 850], "dark"), ("viewer-light", [1360, 850], "light"),
+        ("viewer-dark", [1360, 850], "dark"),
+        ("viewer-light", [1360, 850], "light"),
         ("viewer-phone", [390, 844], "dark"),
     ] {
         let Some(mut browser) = browser::start() else { return };

@@ -20,7 +20,12 @@ fn small() -> Value {
 }
 
 /// What `vastlight render` makes of a scene.
-fn rendered(source: &str, choice: &CameraChoice, spp: u32, overrides: Option<&str>) -> vastlight::film::Picture {
+fn rendered(
+    source: &str,
+    choice: &CameraChoice,
+    spp: u32,
+    overrides: Option<&str>,
+) -> vastlight::film::Picture {
     let overrides = overrides.map(|text| Overrides::parse(text, "edits").expect("parsed"));
     let open = open(source, &LoadOptions { overrides, ..LoadOptions::default() }).expect("opened");
     let camera = choice.resolve(&open.scene).expect("a camera");
@@ -45,7 +50,8 @@ fn strangers_get_nothing() {
     assert_eq!(status(&page, &host, Some("http://evil.example")), 403);
     assert_eq!(status(&format!("/nothing?token={token}"), &host, None), 404);
     let socket = format!("/ws?token={token}");
-    let refusal = |path: &str, headers: &[(&'static str, &str)]| Page::with_headers(&host, path, headers).err();
+    let refusal =
+        |path: &str, headers: &[(&'static str, &str)]| Page::with_headers(&host, path, headers).err();
     assert_eq!(refusal(&socket, &[]), None);
     assert_eq!(refusal(&socket, &[("origin", &format!("http://{host}"))]), None);
     assert_eq!(refusal("/ws", &[]), Some(403));
@@ -96,7 +102,8 @@ fn a_picture_at_rest_is_that_of_render() {
     // Developed in another way, without another sample.
     let before = server.rendered_samples();
     page.send(&json!({"do": "tone", "tone": {"exposure": 1.0, "curve": "reinhard"}}));
-    let options = PngOptions { exposure: 1.0, curve: "reinhard".parse().expect("a curve"), ..PngOptions::default() };
+    let options =
+        PngOptions { exposure: 1.0, curve: "reinhard".parse().expect("a curve"), ..PngOptions::default() };
     let brighter = encode_png(&expected, &options).expect("encoded");
     page.picture_until(|p| p.is_final && p.file == brighter);
     assert_eq!(server.rendered_samples(), before);
@@ -127,7 +134,9 @@ fn materials_and_moments_change_while_one_looks() {
     let png = encode_png(&expected, &PngOptions::default()).expect("encoded");
     assert!(png != plain.file);
     page.picture_until(|p| p.is_final && p.file == png);
-    assert!(shared["command"].as_str().is_some_and(|c| c.contains("demo:still-life") && c.contains("--override")));
+    assert!(
+        shared["command"].as_str().is_some_and(|c| c.contains("demo:still-life") && c.contains("--override"))
+    );
     page.send(&json!({"do": "revert"}));
     page.picture_until(|p| p.is_final && p.file == plain.file);
     page.send(&json!({"do": "material", "name": "no such thing", "edit": {"roughness": 0.5}}));
@@ -171,7 +180,9 @@ fn every_output_is_shown() {
 fn nonsense_is_answered_and_giants_are_sent_away() {
     let server = server(Some("demo:cornell"), 1);
     let mut page = Page::open(server.url());
-    for nonsense in [&b""[..], b"\x01", b"\x02", b"\x02{", b"\x02{\"do\":\"dance\"}", b"\x09abc", b"\x01abcdefgh"] {
+    for nonsense in
+        [&b""[..], b"\x01", b"\x02", b"\x02{", b"\x02{\"do\":\"dance\"}", b"\x09abc", b"\x01abcdefgh"]
+    {
         page.send_bytes(nonsense.to_vec());
         page.wait_for("error");
     }
@@ -200,7 +211,8 @@ fn two_pictures_are_on_their_way_and_the_newest_is_next() {
     page.confirms = false;
     let mut came = Vec::new();
     for input in 1..=6 {
-        let camera = json!({"eye": [0.1 * f64::from(input), 1.0, 3.0], "target": [0.0, 0.7, 0.0], "fov": 40.0});
+        let camera =
+            json!({"eye": [0.1 * f64::from(input), 1.0, 3.0], "target": [0.0, 0.7, 0.0], "fov": 40.0});
         page.send(&json!({"do": "camera", "camera": camera, "input": input}));
         while let Some(event) = page.next_within(Duration::from_millis(400)) {
             if let Event::Picture(picture) = event {
@@ -265,7 +277,8 @@ fn folders_are_listed_and_files_opened_from_below_alone() {
     std::fs::write(shared.join("a.obj"), triangle).expect("written");
     std::fs::write(shared.join("broken.glb"), "no").expect("written");
     std::fs::write(outer.path().join("secret.obj"), triangle).expect("written");
-    let server = Server::start(Viewer { folder: Some(shared), spp: 1, ..Viewer::default() }).expect("started");
+    let server =
+        Server::start(Viewer { folder: Some(shared), spp: 1, ..Viewer::default() }).expect("started");
     let mut page = Page::open(server.url());
     page.send(&json!({"do": "files", "folder": ""}));
     assert_eq!(page.wait_for("files")["listing"]["files"][0]["name"], "a.obj");
@@ -277,7 +290,8 @@ fn folders_are_listed_and_files_opened_from_below_alone() {
         assert_eq!(failed["source"], *outside, "{failed}");
     }
     page.send(&json!({"do": "open", "source": "broken.glb"}));
-    let failed = page.wait_until("scene", |scene| scene["phase"] == "failed" && scene["source"] == "broken.glb");
+    let failed =
+        page.wait_until("scene", |scene| scene["phase"] == "failed" && scene["source"] == "broken.glb");
     assert!(failed["what"].as_str().is_some_and(|what| !what.is_empty()));
     page.send(&json!({"do": "open", "source": "a.obj"}));
     page.wait_until("scene", |scene| scene["phase"] == "ready" && scene["source"] == "a.obj");

@@ -58,7 +58,9 @@ pub(crate) fn run(arguments: &View, common: &Common) -> Result<Exit, Error> {
     let cancel = interrupt::flag()?;
     let server = Server::start(viewer)?;
     let mut stdout = std::io::stdout().lock();
-    writeln!(stdout, "{}", server.url()).and_then(|()| stdout.flush()).map_err(|e| output::stdout_error(&e))?;
+    writeln!(stdout, "{}", server.url())
+        .and_then(|()| stdout.flush())
+        .map_err(|e| output::stdout_error(&e))?;
     drop(stdout);
     if !arguments.host.is_loopback() && !common.quiet {
         eprintln!("warning: whoever has this address can see and steer; the connection is not encrypted");

@@ -75,11 +75,8 @@ impl Canvas {
     /// Whether a pass that is finished is shown; notes that it is.
     pub(crate) fn is_to_show(&mut self, view: &View) -> bool {
         let is_due = self.last_shown.is_none_or(|last| last.elapsed() >= SHOWN_EVERY);
-        let shown = self.scale < 1.0
-            || self.spp() <= ALWAYS_SHOWN
-            || is_due
-            || self.is_complete(view)
-            || view.paused;
+        let shown =
+            self.scale < 1.0 || self.spp() <= ALWAYS_SHOWN || is_due || self.is_complete(view) || view.paused;
         if shown {
             self.last_shown = Some(Instant::now());
         }

@@ -169,8 +169,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
         let settings = self.view.request(self.live.scene(), 1.0)?.settings;
         let pixel = |part: f32, edge: u32| ((part.clamp(0.0, 1.0) * edge as f32) as u32).min(edge - 1);
         let [x, y] = *point;
-        let picked =
-            self.live.pick(&settings, [pixel(x, settings.width), pixel(y, settings.height)])?;
+        let picked = self.live.pick(&settings, [pixel(x, settings.width), pixel(y, settings.height)])?;
         // A full queue is a browser that asks without listening.
         let _ = answers.try_send(news(&inventory::of_pick(picked.as_ref(), self.live.scene())));
         Ok(())

@@ -52,9 +52,18 @@ impl Browser {
         let profile = tempfile::tempdir().expect("a folder");
         let mut command = Command::new(program);
         command.args([
-            "--headless=new", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-sync", "--disable-gpu",
-            "--disable-background-networking", "--disable-component-update", "--hide-scrollbars", "--remote-debugging-port=0",
-            "--remote-allow-origins=*", "about:blank",
+            "--headless=new",
+            "--no-sandbox",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-sync",
+            "--disable-gpu",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--hide-scrollbars",
+            "--remote-debugging-port=0",
+            "--remote-allow-origins=*",
+            "about:blank",
         ]);
         command.arg(format!("--user-data-dir={}", profile.path().display()));
         let child = command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn();
@@ -76,8 +85,14 @@ impl Browser {
         let config = WebSocketConfig::default().max_message_size(Some(LARGEST)).max_frame_size(Some(LARGEST));
         let (socket, _) =
             tungstenite::client::client_with_config(request, stream, Some(config)).expect("a socket");
-        let mut browser =
-            Self { child, socket, session: String::new(), count: 0, complaints: Vec::new(), _profile: profile };
+        let mut browser = Self {
+            child,
+            socket,
+            session: String::new(),
+            count: 0,
+            complaints: Vec::new(),
+            _profile: profile,
+        };
         let target = browser.call("Target.createTarget", json!({"url": "about:blank"}));
         let attached =
             browser.call("Target.attachToTarget", json!({"targetId": target["targetId"], "flatten": true}));

@@ -90,7 +90,11 @@ impl Page {
     }
 
     /// Connects with headers; the status of a refusal.
-    pub(crate) fn with_headers(host: &str, path: &str, headers: &[(&'static str, &str)]) -> Result<Self, u16> {
+    pub(crate) fn with_headers(
+        host: &str,
+        path: &str,
+        headers: &[(&'static str, &str)],
+    ) -> Result<Self, u16> {
         let mut request = format!("ws://{host}{path}").into_client_request().expect("a request");
         for (name, value) in headers {
             request.headers_mut().insert(*name, value.parse().expect("a header"));

@@ -47,10 +47,7 @@ impl Bench {
     /// Whether the benchmark runs on graphics processors.
     pub(crate) const fn knows_gpu(&self) -> bool {
         use What::{Animate, Clusters, Ooc, Shutter, Texture, Update};
-        !matches!(
-            self.what,
-            Ooc(_) | Texture(_) | Update(_) | Animate(_) | Clusters(_) | Shutter(_)
-        )
+        !matches!(self.what, Ooc(_) | Texture(_) | Update(_) | Animate(_) | Clusters(_) | Shutter(_))
     }
 }
 
