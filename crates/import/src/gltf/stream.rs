@@ -13,7 +13,7 @@ use super::{Parsed, image, meshopt, open, parse};
 use crate::texels::{Deferral, ImageSize};
 use crate::{FileSize, ImportError, LoadOptions, Streamed};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use vastlight_scene::{Diagnostics, Mesh, Piece, SceneError, SceneStream, read_ahead};
 
@@ -111,7 +111,14 @@ pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, 
     let images = image_sizes(&root, &container, path, options);
     let placed = root.list("nodes").iter().map(|node| copies(node, &accessors));
     let instances = placed.fold(0, u64::saturating_add);
-    let parts = [document, under_way, meshopt::decoded_bytes(&root), instances.saturating_mul(PLACED_BYTES)];
+    let deforming = deforming_bytes(&root, &accessors);
+    let parts = [
+        document,
+        under_way,
+        deforming,
+        meshopt::decoded_bytes(&root),
+        instances.saturating_mul(PLACED_BYTES),
+    ];
     Ok(FileSize {
         streaming_bytes: parts.into_iter().fold(0, u64::saturating_add),
         triangles: root.list("meshes").iter().map(count).fold(0, u64::saturating_add),
@@ -119,6 +126,26 @@ pub(crate) fn file_size(path: &Path, options: &LoadOptions) -> Result<FileSize, 
         image_working_bytes: Deferral::of_large().working_bytes(&images),
         image_bytes: images.iter().fold(0, |sum, image| sum.saturating_add(image.decoded_bytes)),
     })
+}
+
+/// Bytes of the meshes whose vertices may move, which are made at once, with what moves them.
+fn deforming_bytes(root: &Json<'_>, accessors: &[Option<Accessor>]) -> u64 {
+    if root.list("animations").is_empty() {
+        return 0;
+    }
+    let nodes = root.list("nodes").iter();
+    let skinned: BTreeSet<usize> =
+        nodes.filter(|node| node.index("skin").is_some()).filter_map(|node| node.index("mesh")).collect();
+    let meshes = root.list("meshes").iter().enumerate();
+    let bytes = |(number, mesh): (usize, &Json<'_>)| {
+        let targets = mesh.list("primitives").iter().flat_map(|primitive| primitive.list("targets"));
+        let members = targets.flat_map(|target| target.members());
+        let displaced = members.map(|(_, index)| accessor_bytes(index.integer(), accessors));
+        let displaced = displaced.fold(0, u64::saturating_add);
+        let deforms = displaced > 0 || skinned.contains(&number);
+        if deforms { mesh_bytes(mesh, accessors).saturating_mul(2).saturating_add(displaced) } else { 0 }
+    };
+    meshes.map(bytes).fold(0, u64::saturating_add)
 }
 
 /// How often a node places its mesh.
@@ -140,17 +167,19 @@ fn image_sizes(root: &Json<'_>, container: &Container, path: &Path, options: &Lo
     image::sizes(root, &data, directory, limits)
 }
 
+/// Bytes of an accessor's data as it stands in the file, and as it is used.
+fn accessor_bytes(index: Option<usize>, accessors: &[Option<Accessor>]) -> u64 {
+    let accessor = index.and_then(|index| accessors.get(index)?.as_ref());
+    let element = |a: &Accessor| a.element_size() as u64 + 4 * a.shape.components() as u64;
+    accessor.map_or(0, |a| element(a).saturating_mul(a.count as u64))
+}
+
 /// Bytes of a mesh while it is made: its data as it stands in the file, and as it is used.
 fn mesh_bytes(mesh: &Json<'_>, accessors: &[Option<Accessor>]) -> u64 {
-    let of_accessor = |index: Option<usize>| {
-        let accessor = index.and_then(|index| accessors.get(index)?.as_ref());
-        let element = |a: &Accessor| a.element_size() as u64 + 4 * a.shape.components() as u64;
-        accessor.map_or(0, |a| element(a).saturating_mul(a.count as u64))
-    };
     let of_primitive = |primitive: &Json<'_>| {
         let attributes = primitive.at("attributes").members().iter().map(|(_, value)| value.integer());
         let used = attributes.chain([primitive.index("indices")]);
-        used.fold(0_u64, |sum, index| sum.saturating_add(of_accessor(index)))
+        used.fold(0_u64, |sum, index| sum.saturating_add(accessor_bytes(index, accessors)))
     };
     mesh.list("primitives").iter().fold(0, |sum: u64, p| sum.saturating_add(of_primitive(p)))
 }
