@@ -4,7 +4,7 @@ use crate::{Error, OpenScene};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use vastlight_paging::Directory;
-use vastlight_scene::{Mesh, Scene};
+use vastlight_scene::{InstanceNames, Mesh, Scene};
 use vastlight_store::StoredPages;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -49,7 +49,8 @@ fn write_scene(out: &mut impl Write, scene: &Scene) -> io::Result<()> {
     put_all(out, scene.instances().starts())?;
     put_all(out, scene.instances().maps())?;
     put(out, &desc.names)?;
-    put(out, scene.instances().names())?;
+    let (InstanceNames::OfMesh(names) | InstanceNames::Own(names)) = scene.instances().names();
+    put_all(out, names)?;
     put(out, &(&desc.materials, &desc.textures, &desc.images, &desc.lights, scene.environment()))
 }
 

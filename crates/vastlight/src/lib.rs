@@ -8,8 +8,7 @@
 //! let scene = open("demo:cornell", &LoadOptions::default())?;
 //! let camera = CameraChoice::default().resolve(&scene.scene)?;
 //! let request = RenderRequest::new(RenderSettings::new(camera, 256, 256), 16);
-//! let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-//! let picture = render(&scene, &request, &control)?.develop();
+//! let picture = render(&scene, &request, &Control::new(&AtomicBool::new(false), &|_| {}))?.develop();
 //! vastlight::film::write_exr("cornell.exr".as_ref(), &picture)?;
 //! # Ok::<(), vastlight::Error>(())
 //! ```
@@ -17,10 +16,12 @@
 mod budget;
 mod cached;
 mod camera;
+mod checkpoint;
 mod denoise;
 mod device;
 mod environment;
 mod error;
+mod fingerprint;
 mod ids;
 mod input;
 mod load;
@@ -34,14 +35,18 @@ mod overrides;
 mod pack;
 mod paged;
 mod passes;
+mod recipe;
 mod render;
+mod run;
 mod session;
 mod stats;
+mod sums;
 mod textures;
 
 pub use budget::check_fits;
 pub use cached::cached_store;
 pub use camera::CameraChoice;
+pub use checkpoint::Checkpoint;
 pub use denoise::Denoising;
 pub use device::{Device, DeviceRequest, paths_in_flight};
 pub use error::{Error, ErrorClass};
@@ -54,9 +59,10 @@ pub use open::{OpenScene, is_store, open, open_store};
 pub use overrides::Overrides;
 pub use pack::{PackControl, PackProgress, pack, pack_within};
 pub use paged::{PagingRequest, StoredMemory, stored_memory};
-pub use render::{Control, Progress, RenderRequest, Rendered, render};
+pub use render::{Control, Progress, RenderRequest, Rendered, Snapshot, render};
 pub use session::Session;
 pub use stats::{CacheCounts, Ending, PagingStats, Residency, SceneCounts, Stats};
+pub use sums::merge_sums;
 
 pub use vastlight_accel as accel;
 pub use vastlight_export as export;

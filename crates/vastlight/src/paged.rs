@@ -4,6 +4,7 @@ use crate::memory::{budget_bytes, film_bytes, photon_bytes, refuse_beyond, rss_b
 use crate::{Error, ErrorClass, OpenScene, RenderRequest, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
+use vastlight_film::FilmTile;
 use vastlight_paging::{CacheConfig, Directory, Line, PageCache, PolicyKind};
 use vastlight_store::StoredPages;
 use vastlight_trace::paged::Caches;
@@ -176,7 +177,9 @@ impl<'s> Kinds<'s> {
     /// Caches for what a request's memory leaves.
     fn within(&self, request: &RenderRequest) -> Result<Caches, Error> {
         let Self { geometry, attributes, tiles, .. } = self;
-        let film = film_bytes(request.settings.region().pixels(), &request.aovs);
+        let pixels = request.settings.region().pixels();
+        let squares = if request.noise.is_some() { FilmTile::SQUARES_BYTES as u64 } else { 0 };
+        let film = film_bytes(pixels, &request.aovs) + pixels * squares;
         let fixed = self.fixed_bytes(film + photon_bytes(&request.settings), &request.paging);
         let (least_of_tiles, most_of_tiles) = tiles.as_ref().map_or((0, 0), |t| (t.least(), t.most()));
         let least_of_others = geometry.least() + attributes.least();
