@@ -1,6 +1,6 @@
 //! The command line.
 
-use crate::commands::{bench, devices, diff, generate, info, pack, render, validate, view};
+use crate::commands::{bench, devices, diff, generate, info, merge, pack, render, validate, view};
 use clap::{Args, Parser, Subcommand};
 use vastlight::gpu::{DeviceChoice, Executor};
 use vastlight::{Device, DeviceRequest, Error, ErrorClass, parse_bytes};
@@ -31,6 +31,7 @@ pub(crate) enum Command {
     Validate(validate::Validate),
     Generate(generate::Generate),
     Pack(pack::Pack),
+    Merge(merge::Merge),
     Diff(diff::Diff),
     Devices(devices::Devices),
     Bench(bench::Bench),

@@ -1,5 +1,6 @@
-//! Ctrl-C: the first stops the work cleanly, the second at once.
+//! Ctrl-C: the first stops the work cleanly, the second at once. SIGUSR1: a look at the picture so far.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use vastlight::Error;
 
@@ -14,4 +15,13 @@ pub(crate) fn flag() -> Result<&'static AtomicBool, Error> {
     };
     ctrlc::set_handler(handler).map_err(|e| Error::usage(e.to_string(), "Ctrl-C", ""))?;
     Ok(&INTERRUPTED)
+}
+
+/// A flag that SIGUSR1 sets, where there are such signals.
+pub(crate) fn snapshot_flag() -> Result<Arc<AtomicBool>, Error> {
+    let flag = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&flag))
+        .map_err(|e| Error::usage(e.to_string(), "SIGUSR1", ""))?;
+    Ok(flag)
 }

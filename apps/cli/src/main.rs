@@ -46,6 +46,7 @@ fn run(cli: &Cli, start: Instant) -> Result<Exit, Error> {
         Command::Validate(arguments) => commands::validate::run(arguments, &cli.common),
         Command::Generate(arguments) => commands::generate::run(arguments, &cli.common, start),
         Command::Pack(arguments) => commands::pack::run(arguments, &cli.common, start),
+        Command::Merge(arguments) => commands::merge::run(arguments, &cli.common),
         Command::Diff(arguments) => commands::diff::run(arguments),
         Command::Devices(arguments) => commands::devices::run(arguments, &cli.common),
         Command::Bench(arguments) => commands::bench::run(arguments, &cli.common, start),

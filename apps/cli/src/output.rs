@@ -1,8 +1,40 @@
 //! Where pictures go: the file format by its extension, checked before any work.
 
+use crate::values;
+use clap::Args;
 use std::path::{Path, PathBuf};
-use vastlight::film::{self, Aov, Picture, PngOptions};
+use vastlight::film::{self, Accumulator, Aov, BitDepth, Picture, PngOptions, ToneCurve};
 use vastlight::{Error, ErrorClass};
+
+/// How a PNG is made.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Output options")]
+pub(crate) struct PngArguments {
+    /// Exposure of the PNG in stops
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = values::finite, allow_hyphen_values = true)]
+    exposure: f32,
+    /// Tone curve of the PNG: filmic, reinhard, linear (or none)
+    #[arg(long, value_name = "NAME", default_value_t = ToneCurve::Filmic)]
+    tonemap: ToneCurve,
+    /// Bits a channel of the PNG
+    #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = clap::value_parser!(u8).range(8..=16))]
+    bit_depth: u8,
+    /// Leave out the fine pattern that hides the steps of 8-bit gradients
+    #[arg(long)]
+    no_dither: bool,
+}
+
+impl PngArguments {
+    /// The options of a file.
+    pub(crate) fn options(&self) -> Result<PngOptions, Error> {
+        let depth = match self.bit_depth {
+            8 => BitDepth::Eight,
+            16 => BitDepth::Sixteen,
+            _ => return Err(Error::usage("a PNG has 8 or 16 bits a channel", "--bit-depth", "")),
+        };
+        Ok(PngOptions { exposure: self.exposure, curve: self.tonemap, depth, dither: !self.no_dither })
+    }
+}
 
 /// A picture file to be written.
 #[derive(Clone, Debug)]
@@ -15,6 +47,8 @@ pub(crate) struct PictureFile {
 enum Format {
     Png,
     Exr,
+    /// Sums of a picture, for `merge`.
+    Sums,
 }
 
 impl PictureFile {
@@ -25,7 +59,14 @@ impl PictureFile {
         let format = match extension.to_ascii_lowercase().as_str() {
             "png" => Format::Png,
             "exr" => Format::Exr,
-            _ => return Err(Error::usage("unknown kind of picture", place, "write to .png or .exr")),
+            "vlc" => Format::Sums,
+            _ => {
+                return Err(Error::usage(
+                    "unknown kind of picture",
+                    place,
+                    "write to .png or .exr, or sums of passes to .vlc",
+                ));
+            }
         };
         match (is_sequence, numbered(path, 0).is_some()) {
             (true, false) => {
@@ -58,13 +99,45 @@ impl PictureFile {
         }
     }
 
-    /// Writes the picture; PNG through the tone curve, EXR linear.
-    pub(crate) fn write(&self, picture: &Picture, png: &PngOptions) -> Result<(), Error> {
+    /// Refuses a file of sums, where only a picture can be written.
+    pub(crate) fn refuse_sums(&self, reason: &str) -> Result<(), Error> {
+        if self.is_sums() {
+            return Err(Error::usage(reason, self.name(), "write to .exr or .png"));
+        }
+        Ok(())
+    }
+
+    /// Whether it is a file of sums.
+    pub(crate) fn is_sums(&self) -> bool {
+        self.format == Format::Sums
+    }
+
+    /// Writes sums, or the picture that they are developed to.
+    pub(crate) fn write(
+        &self,
+        sums: &Accumulator,
+        develop: impl FnOnce() -> Picture,
+        png: &PngOptions,
+    ) -> Result<(), Error> {
+        match self.format {
+            Format::Sums => Ok(film::write_sums(&self.path, sums)?),
+            _ => self.write_picture(&develop(), png),
+        }
+    }
+
+    /// Writes a picture; PNG through the tone curve, EXR linear.
+    pub(crate) fn write_picture(&self, picture: &Picture, png: &PngOptions) -> Result<(), Error> {
         match self.format {
             Format::Png => film::write_png(&self.path, picture, png)?,
             Format::Exr => film::write_exr(&self.path, picture)?,
+            Format::Sums => self.refuse_sums("a picture cannot be written as sums")?,
         }
         Ok(())
+    }
+
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The file's name for messages.

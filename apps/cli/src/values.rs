@@ -1,5 +1,6 @@
 //! Values of arguments: resolutions, crops, durations, directions, filters.
 
+use std::ops::Range;
 use std::time::Duration;
 use vastlight::accel::cluster::Heuristic;
 use vastlight::math::Vec3;
@@ -208,6 +209,17 @@ pub(crate) fn duration(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(value * unit).map_err(|_| expected())
 }
 
+/// `17-32` or `5`, numbered from 1: the numbers from 0.
+pub(crate) fn passes(text: &str) -> Result<Range<u32>, String> {
+    let number = |text: &str| text.parse().ok().filter(|&n: &u32| n > 0);
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (number(first), number(last)) {
+        (Some(first), Some(last)) if first <= last => Ok(first - 1..last),
+        (Some(_), Some(_)) => Err("the last pass comes before the first".to_owned()),
+        _ => Err("write 17-32, numbered from 1".to_owned()),
+    }
+}
+
 /// `box`, `triangle`, `gaussian` or `blackman-harris`, with a radius in pixels after a colon if wanted.
 pub(crate) fn filter(text: &str) -> Result<PixelFilter, String> {
     let (name, radius) = match text.split_once(':') {
@@ -257,6 +269,15 @@ mod tests {
         assert!(look_at("0,0,0,0,0,0").is_err() && look_at("0,0,1,0,0,nan").is_err());
         assert!(sun("10,95").is_err() && sun("10,45").is_ok());
         assert!(field_of_view("180").is_err());
+    }
+
+    #[test]
+    fn passes_are_numbered_from_one() {
+        assert_eq!(passes("17-32"), Ok(16..32));
+        assert_eq!(passes("5"), Ok(4..5));
+        assert!(
+            passes("0-4").is_err() && passes("4-3").is_err() && passes("1-").is_err() && passes("a").is_err()
+        );
     }
 
     #[test]

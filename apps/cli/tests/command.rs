@@ -70,18 +70,6 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
 }
 
 #[test]
-fn flags_of_later_versions_are_refused_not_ignored() {
-    let w = Workspace::new();
-    let flags = ["--noise 0.1", "--checkpoint c", "--resume", "--passes 1-2"];
-    for flag in flags {
-        let outcome = w.run(&format!("render demo:cornell -o a.png -r 8x8 --spp 1 {flag}"));
-        assert_eq!(outcome.code, 2, "{flag}: {}", outcome.stderr);
-        assert!(outcome.stderr.contains("not available yet"), "{flag}: {}", outcome.stderr);
-    }
-    assert_eq!(w.run("render demo:cornell -o a.png -r 8x8 --spp 1 --caustics off").code, 0);
-}
-
-#[test]
 fn frames_are_the_pictures_of_their_moments() {
     let w = Workspace::new();
     let scene = "render demo:explosion --triangles 20000 -r 32x18 --spp 1";

@@ -3,6 +3,7 @@
 use crate::coverage::Coverage;
 use crate::{Aov, Cryptomatte, FilmError, FilmTile, Picture, Plane};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A rectangle of pixels, half open: `x0 <= x < x1`, `y0 <= y < y1`; y grows downwards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +52,7 @@ impl Window {
     }
 
     /// Squares of `size` pixels (smaller at the edges) on the grid of the whole picture, row by row.
-    fn tiles(self, size: u32) -> impl Iterator<Item = Self> {
+    pub(crate) fn tiles(self, size: u32) -> impl Iterator<Item = Self> {
         let starts = move |lo: u32, hi: u32| (lo / size * size..hi).step_by(size as usize);
         starts(self.y0, self.y1).flat_map(move |y| {
             starts(self.x0, self.x1).map(move |x| Self {
@@ -75,6 +76,19 @@ pub struct FilmSettings {
     pub tile_size: u32,
     /// Auxiliary outputs.
     pub aovs: Vec<Aov>,
+    /// Whether squares of the samples' luminance are summed too, from which the noise of a pixel follows.
+    pub squares: bool,
+}
+
+impl FilmSettings {
+    /// Whether films of both record the same, whatever their tiles are.
+    #[must_use]
+    pub fn records_the_same(&self, other: &Self) -> bool {
+        let Self { full_size, window, tile_size: _, aovs, squares } = self;
+        let has = |aov| (aovs.contains(aov), other.aovs.contains(aov));
+        let same_aovs = Aov::ALL.iter().map(has).all(|(a, b)| a == b);
+        (*full_size, *window, *squares) == (other.full_size, other.window, other.squares) && same_aovs
+    }
 }
 
 /// The sums of a picture. Samples go to its tiles, which threads may fill at the same time.
@@ -94,7 +108,7 @@ impl Film {
     #[must_use]
     pub fn new(settings: FilmSettings) -> Self {
         let windows = settings.window.tiles(settings.tile_size.max(1));
-        let tiles = windows.map(|w| FilmTile::new(w, &settings.aovs)).collect();
+        let tiles = windows.map(|w| FilmTile::new(w, &settings)).collect();
         Self { settings, tiles }
     }
 
@@ -102,6 +116,23 @@ impl Film {
     #[must_use]
     pub fn settings(&self) -> &FilmSettings {
         &self.settings
+    }
+
+    /// The tiles.
+    pub(crate) fn tiles(&self) -> &[FilmTile] {
+        &self.tiles
+    }
+
+    /// The rows of the window from the top, each cut where tiles end: a tile, and the run of its pixels.
+    pub(crate) fn runs(&self) -> Vec<(usize, Range<usize>)> {
+        let mut runs: Vec<(u32, u32, usize, Range<usize>)> = Vec::new();
+        for (number, tile) in self.tiles.iter().enumerate() {
+            let (window, width) = (tile.window(), tile.window().width() as usize);
+            let row = |(i, y): (usize, u32)| (y, window.x0, number, i * width..(i + 1) * width);
+            runs.extend((window.y0..window.y1).enumerate().map(row));
+        }
+        runs.sort_unstable_by_key(|&(y, x, ..)| (y, x));
+        runs.into_iter().map(|(_, _, tile, run)| (tile, run)).collect()
     }
 
     /// The tiles, to add samples to.
@@ -115,6 +146,13 @@ impl Film {
         self.tiles.iter().map(FilmTile::non_finite).sum()
     }
 
+    /// Takes the number of samples that were not finite from a file.
+    pub(crate) fn set_non_finite(&mut self, count: u64) {
+        if let Some(tile) = self.tiles.first_mut() {
+            tile.non_finite = count;
+        }
+    }
+
     /// Samples in all pixels together.
     #[must_use]
     pub fn samples(&self) -> u64 {
@@ -124,9 +162,10 @@ impl Film {
     /// Adds all samples of `other`. Merging in any order and grouping gives the same bits.
     ///
     /// # Errors
-    /// If the two films do not record the same thing.
+    /// If the two films do not record the same thing in the same tiles.
     pub fn merge(&mut self, other: &Self) -> Result<(), FilmError> {
-        if self.settings != other.settings {
+        let settings = &self.settings;
+        if !settings.records_the_same(&other.settings) || settings.tile_size != other.settings.tile_size {
             return Err(FilmError::mismatch("the films differ in size, window, tiles or AOVs"));
         }
         self.tiles.iter_mut().zip(&other.tiles).for_each(|(a, b)| a.merge(b));

@@ -28,8 +28,15 @@ impl Exact {
     #[inline]
     #[must_use]
     pub fn mean(self, count: u32) -> f32 {
+        self.mean_f64(count) as f32
+    }
+
+    /// The same in double precision.
+    #[inline]
+    #[must_use]
+    pub fn mean_f64(self, count: u32) -> f64 {
         const UNIT: f64 = 1.0 / 18_446_744_073_709_551_616.0;
-        if count == 0 { 0.0 } else { (self.0 as f64 * UNIT / f64::from(count)) as f32 }
+        if count == 0 { 0.0 } else { self.0 as f64 * UNIT / f64::from(count) }
     }
 }
 
@@ -79,8 +86,20 @@ fn units(x: f32, limit: f32, unit_exponent: i32) -> u128 {
     }
 }
 
-macro_rules! impl_addition {
-    ($sum:ident) => {
+macro_rules! impl_integer {
+    ($sum:ident, $integer:ident) => {
+        impl $sum {
+            /// The sum in its unit.
+            pub(crate) const fn units(self) -> $integer {
+                self.0
+            }
+
+            /// A sum of so many units.
+            pub(crate) const fn from_units(units: $integer) -> Self {
+                Self(units)
+            }
+        }
+
         impl Add for $sum {
             type Output = Self;
 
@@ -99,8 +118,8 @@ macro_rules! impl_addition {
     };
 }
 
-impl_addition!(Exact);
-impl_addition!(ExactUnit);
+impl_integer!(Exact, i128);
+impl_integer!(ExactUnit, i64);
 
 #[cfg(test)]
 mod tests {

@@ -1,8 +1,11 @@
 //! A rectangle of the film that takes samples.
 
 use crate::coverage::Coverage;
-use crate::{Aov, Exact, ExactUnit, Window};
+use crate::{Aov, Exact, ExactUnit, FilmSettings, Window};
 use vastlight_math::Vec3;
+
+/// Rec. 709 luminance of linear RGB.
+pub(crate) const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// One sample of one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +34,7 @@ pub struct FilmTile {
     window: Window,
     pub(crate) samples: Vec<u32>,
     pub(crate) color: Vec<[Exact; 3]>,
+    pub(crate) squares: Vec<Exact>,
     pub(crate) hits: Vec<u32>,
     pub(crate) albedo: Vec<[ExactUnit; 3]>,
     pub(crate) normal: Vec<[ExactUnit; 3]>,
@@ -38,19 +42,20 @@ pub struct FilmTile {
     pub(crate) position: Vec<[Exact; 3]>,
     pub(crate) objects: Vec<Coverage>,
     pub(crate) materials: Vec<Coverage>,
-    non_finite: u64,
+    pub(crate) non_finite: u64,
 }
 
 impl FilmTile {
-    /// An empty tile with the planes that `aovs` need.
+    /// An empty tile with the planes that the settings need.
     #[must_use]
-    pub fn new(window: Window, aovs: &[Aov]) -> Self {
-        let pixels = window.pixels();
+    pub fn new(window: Window, settings: &FilmSettings) -> Self {
+        let (pixels, aovs) = (window.pixels(), &settings.aovs);
         let when = |wanted: &[Aov]| if aovs.iter().any(|a| wanted.contains(a)) { pixels } else { 0 };
         Self {
             window,
             samples: vec![0; pixels],
             color: vec![[Exact::default(); 3]; pixels],
+            squares: vec![Exact::default(); if settings.squares { pixels } else { 0 }],
             hits: vec![0; when(&[Aov::Alpha, Aov::Depth, Aov::Position])],
             albedo: vec![[ExactUnit::default(); 3]; when(&[Aov::Albedo])],
             normal: vec![[ExactUnit::default(); 3]; when(&[Aov::Normal])],
@@ -81,6 +86,10 @@ impl FilmTile {
         self.samples[i] += 1;
         if sample.radiance.is_finite() {
             add_vec3(&mut self.color, i, sample.radiance, Exact::from_f32);
+            if let Some(squares) = self.squares.get_mut(i) {
+                let luminance = sample.radiance.dot(LUMINANCE);
+                *squares += Exact::from_f32(luminance * luminance);
+            }
         } else {
             self.non_finite += 1;
         }
@@ -111,6 +120,7 @@ impl FilmTile {
     pub(crate) fn merge(&mut self, other: &Self) {
         add_all(&mut self.samples, &other.samples);
         add_all(&mut self.hits, &other.hits);
+        add_all(&mut self.squares, &other.squares);
         add_all(&mut self.depth, &other.depth);
         add_all(self.color.as_flattened_mut(), other.color.as_flattened());
         add_all(self.albedo.as_flattened_mut(), other.albedo.as_flattened());
@@ -120,6 +130,9 @@ impl FilmTile {
         self.materials.iter_mut().zip(&other.materials).for_each(|(a, b)| a.merge(b));
         self.non_finite += other.non_finite;
     }
+
+    /// Bytes that [`FilmSettings::squares`] add to a pixel.
+    pub const SQUARES_BYTES: usize = size_of::<Exact>();
 
     /// Bytes a pixel takes with the given planes, ids beyond the second apart.
     #[must_use]

@@ -12,7 +12,13 @@ const NAMES: [&str; 5] = ["chair", "table", "lamp \"left\"", "стул", ""];
 type Placed = (u32, u32, PixelSample);
 
 fn film(window: Window, tile_size: u32, samples: &[Placed]) -> Film {
-    let settings = FilmSettings { full_size: [WIDTH, HEIGHT], window, tile_size, aovs: Aov::ALL.to_vec() };
+    let settings = FilmSettings {
+        full_size: [WIDTH, HEIGHT],
+        window,
+        tile_size,
+        aovs: Aov::ALL.to_vec(),
+        squares: true,
+    };
     let mut film = Film::new(settings);
     for (x, y, sample) in samples {
         film.tiles_mut().iter_mut().for_each(|tile| tile.add(*x, *y, sample));

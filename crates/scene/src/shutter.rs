@@ -44,6 +44,12 @@ impl InstanceKeys {
         Self { maps, hidden }
     }
 
+    /// The places at the keys.
+    #[must_use]
+    pub fn maps(&self) -> &[Affine3] {
+        &self.maps
+    }
+
     /// The place at a moment; none where the instance is not to be seen.
     #[inline]
     #[must_use]

@@ -8,8 +8,7 @@
 //! let scene = open("demo:cornell", &LoadOptions::default())?;
 //! let camera = CameraChoice::default().resolve(&scene.scene)?;
 //! let request = RenderRequest::new(RenderSettings::new(camera, 256, 256), 16);
-//! let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-//! let picture = render(&scene, &request, &control)?.develop();
+//! let picture = render(&scene, &request, &Control::new(&AtomicBool::new(false), &|_| {}))?.develop();
 //! vastlight::film::write_exr("cornell.exr".as_ref(), &picture)?;
 //! # Ok::<(), vastlight::Error>(())
 //! ```
@@ -18,10 +17,12 @@ mod blurred;
 mod budget;
 mod cached;
 mod camera;
+mod checkpoint;
 mod denoise;
 mod device;
 mod environment;
 mod error;
+mod fingerprint;
 mod ids;
 mod input;
 mod live;
@@ -37,16 +38,20 @@ mod overrides;
 mod pack;
 mod paged;
 mod passes;
+mod recipe;
 mod render;
+mod run;
 mod session;
 mod shutter;
 mod stats;
+mod sums;
 mod textures;
 
 pub use blurred::{ShutterFigures, measure_shutter};
 pub use budget::check_fits;
 pub use cached::{CachedStore, cached_store};
 pub use camera::CameraChoice;
+pub use checkpoint::Checkpoint;
 pub use denoise::Denoising;
 pub use device::{Device, DeviceRequest, paths_in_flight};
 pub use error::{Error, ErrorClass};
@@ -63,10 +68,11 @@ pub use open::{OpenScene, is_store, open, open_store};
 pub use overrides::Overrides;
 pub use pack::{PackControl, PackProgress, pack, pack_within};
 pub use paged::{PagingRequest, StoredMemory, stored_memory};
-pub use render::{Control, Progress, RenderRequest, Rendered, render};
+pub use render::{Control, Progress, RenderRequest, Rendered, Snapshot, render};
 pub use session::Session;
 pub use shutter::Exposure;
 pub use stats::{CacheCounts, Ending, PagingStats, Residency, SceneCounts, Stats};
+pub use sums::merge_sums;
 
 pub use vastlight_accel as accel;
 pub use vastlight_export as export;

@@ -2,7 +2,8 @@
 //! as short as the caller likes.
 
 use crate::ids::Ids;
-use crate::render::{TileSink, film_settings};
+use crate::render::film_settings;
+use crate::run::TileSink;
 use crate::stats::PagingStats;
 use crate::{Error, OpenScene, RenderRequest, Residency, device::Tiles, paged};
 use rayon::prelude::*;

@@ -85,6 +85,12 @@ impl MemoryEstimate {
         Self { paths: self.paths + photon_bytes(settings), ..self }
     }
 
+    /// The same with what the noise of so many pixels is found from.
+    #[must_use]
+    pub fn with_noise(self, pixels: u64) -> Self {
+        Self { film: self.film + pixels * FilmTile::SQUARES_BYTES as u64, ..self }
+    }
+
     /// The same for frames between which so many triangles get other vertices.
     #[must_use]
     pub fn with_moving(self, triangles: u64) -> Self {

@@ -6,6 +6,7 @@ use crate::memory::{
 use crate::{Error, ErrorClass, OpenScene, RenderRequest, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use vastlight_accel::compact::SLACK;
+use vastlight_film::FilmTile;
 use vastlight_paging::{CacheConfig, Directory, Line, PageCache, PolicyKind};
 use vastlight_store::StoredPages;
 use vastlight_trace::paged::Caches;
@@ -188,7 +189,9 @@ impl<'s> Kinds<'s> {
 
     /// What a request's memory leaves for the caches.
     fn room(&self, request: &RenderRequest) -> Result<u64, Error> {
-        let film = film_bytes(request.settings.region().pixels(), &request.aovs);
+        let pixels = request.settings.region().pixels();
+        let squares = if request.noise.is_some() { FilmTile::SQUARES_BYTES as u64 } else { 0 };
+        let film = film_bytes(pixels, &request.aovs) + pixels * squares;
         let fixed = self.fixed_bytes(film + photon_bytes(&request.settings), &request.paging);
         let all = [Some(&self.geometry), Some(&self.attributes), self.tiles.as_ref()];
         let least: u64 = all.iter().flatten().map(|pages| pages.least()).sum();

@@ -1,21 +1,21 @@
-//! The render loop: passes over tiles over threads, until the samples, the time or the patience end.
+//! What is asked for and what comes out: the way from a scene and a request to sums and figures.
 
+use crate::checkpoint::{Checkpoint, restore};
 use crate::device::{Device, DeviceRequest, Tiles, Worker, structures};
 use crate::ids::Ids;
 use crate::paged::PagingRequest;
-use crate::passes::PassSchedule;
+use crate::recipe::recipe;
+use crate::run::Run;
 use crate::session::{Kept, kept_tracer};
-use crate::stats::{Ending, PagingStats, Residency, SceneCounts, Stats};
+use crate::stats::{PagingStats, Residency, SceneCounts, Stats};
 use crate::{Error, ErrorClass, OpenScene, paged, peak_rss_bytes, shutter};
-use rayon::prelude::*;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
-use vastlight_film::{Aov, Cryptomatte, Film, FilmSettings, FilmTile, Picture, PixelSample, Window};
+use vastlight_film::{Accumulator, Aov, FilmSettings, Picture, Recipe, Window};
 use vastlight_gpu::{CompileProgress, Executor};
 use vastlight_trace::{Tracer, TracerConfig};
-use vastlight_transport::photon::{PhotonMaps, PhotonPlan};
-use vastlight_transport::{Lights, RenderSettings, RenderStats, Renderer, Sample, SampleSink, Tile};
+use vastlight_transport::{Lights, RenderSettings, RenderStats, Renderer};
 
 /// What to render.
 #[derive(Clone, Debug)]
@@ -34,6 +34,15 @@ pub struct RenderRequest {
     pub paging: PagingRequest,
     /// What it is computed on.
     pub device: DeviceRequest,
+    /// Only the samples of these numbers, which count from 0; `None` for all.
+    pub passes: Option<Range<u32>>,
+    /// Parts of the picture are done when their relative error, estimated, is at most this: the root of `relmse`. Then
+    /// [`spp`](Self::spp) is the most that they get.
+    pub noise: Option<f32>,
+    /// Where the picture is kept while it is under way.
+    pub checkpoint: Option<Checkpoint>,
+    /// Whether the sums are to go into a file, and must say what they are sums of.
+    pub keep_recipe: bool,
 }
 
 impl RenderRequest {
@@ -48,7 +57,29 @@ impl RenderRequest {
             tracer: TracerConfig::default(),
             paging: PagingRequest::default(),
             device: DeviceRequest { device: Device::Cpu, ..DeviceRequest::default() },
+            passes: None,
+            noise: None,
+            checkpoint: None,
+            keep_recipe: false,
         }
+    }
+
+    /// The samples that are asked for.
+    pub(crate) fn wanted(&self) -> Range<u32> {
+        self.passes.clone().unwrap_or(0..self.spp)
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        if self.passes.is_some() && self.noise.is_some() {
+            let hint = "render all passes in one run, or leave --noise out";
+            return Err(Error::usage("which parts are done shows in all passes together", "--noise", hint));
+        }
+        let wanted = self.wanted();
+        if wanted.is_empty() || wanted.end > self.spp {
+            let what = format!("passes are numbered from 1 to {}, the samples a pixel", self.spp);
+            return Err(Error::usage(what, "--passes", "see --spp"));
+        }
+        Ok(())
     }
 }
 
@@ -92,6 +123,30 @@ pub struct Control<'c> {
     pub cancel: &'c AtomicBool,
     /// Called after every tile, from any thread, one call at a time.
     pub progress: &'c (dyn Fn(&Progress) + Sync),
+    /// How the picture is looked at while it is under way.
+    pub snapshot: Option<Snapshot<'c>>,
+}
+
+/// How a picture is looked at while it is under way.
+#[derive(Clone, Copy)]
+pub struct Snapshot<'c> {
+    /// Set to see it soon; it is reset.
+    pub wanted: &'c AtomicBool,
+    /// Called with the picture so far, while no tile is rendered.
+    pub take: &'c (dyn Fn(&Accumulator) + Sync),
+}
+
+impl std::fmt::Debug for Snapshot<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Snapshot").field("wanted", &self.wanted).finish_non_exhaustive()
+    }
+}
+
+impl<'c> Control<'c> {
+    /// Without snapshots.
+    pub fn new(cancel: &'c AtomicBool, progress: &'c (dyn Fn(&Progress) + Sync)) -> Self {
+        Self { cancel, progress, snapshot: None }
+    }
 }
 
 impl std::fmt::Debug for Control<'_> {
@@ -104,9 +159,7 @@ impl std::fmt::Debug for Control<'_> {
 #[derive(Clone, Debug)]
 pub struct Rendered {
     /// The sums.
-    pub film: Film,
-    /// Names for the mattes that the film records.
-    pub mattes: Vec<Cryptomatte>,
+    pub sums: Accumulator,
     /// What it cost.
     pub stats: Stats,
 }
@@ -115,7 +168,7 @@ impl Rendered {
     /// The picture: linear means of all planes.
     #[must_use]
     pub fn develop(&self) -> Picture {
-        self.film.develop(self.mattes.clone())
+        self.sums.develop()
     }
 }
 
@@ -194,6 +247,7 @@ fn render_with(
     kept: &mut Option<(TracerConfig, Tracer)>,
     executor: Option<&mut Executor>,
 ) -> Result<Rendered, Error> {
+    request.check()?;
     let start = Instant::now();
     let scene = &open.scene;
     let tracer = kept_tracer(kept, open, request)?;
@@ -222,15 +276,16 @@ fn render_with(
     };
     let prepare_ms = millis(prepare_start.elapsed());
 
-    let mut film = Film::new(film_settings(request, worker.tiles(caches.is_some())));
+    let settings = film_settings(request, worker.tiles(caches.is_some()));
+    let mut sums = begin(open, request, adapter.as_deref(), settings, &ids)?;
     let deadline = request.time_limit.and_then(|limit| start.checked_add(limit));
     let store_bytes = open.stored.as_ref().and_then(|stored| stored.source.bytes().ok()).unwrap_or(0);
     let residency = || caches.as_ref().map(|caches| Residency::new(caches, store_bytes));
     let progress = |p: &Progress| (control.progress)(&Progress { residency: residency(), ..*p });
-    let watched = Control { cancel: control.cancel, progress: &progress };
-    let run = Run::new(&worker, &ids, request, &watched, deadline)?;
-    let outcome = run.all_passes(&mut film)?;
-    let total = outcome.cost;
+    let watched = Control { progress: &progress, ..*control };
+    let outcome = Run::new(&worker, &ids, request, &watched, deadline)?.all_passes(&mut sums)?;
+    let counters = sums.counters;
+    let pixels = request.settings.region().pixels();
     let stats = Stats {
         device: if adapter.is_some() { "gpu" } else { "cpu" },
         adapter,
@@ -241,24 +296,44 @@ fn render_with(
         width: request.settings.width,
         height: request.settings.height,
         spp: request.spp,
-        spp_done: outcome.spp,
-        passes: outcome.passes,
+        spp_done: sums.blocks().least(),
+        spp_mean: sums.blocks().samples() as f64 / pixels.max(1) as f64,
+        noise: request.noise,
+        passes: sums.samples().len(),
+        resumed_passes: outcome.resumed_passes,
         ending: outcome.ending,
-        samples: total.samples,
-        non_finite: total.non_finite,
-        rays: total.rays,
-        shadow_rays: total.shadow_rays,
+        samples: counters.samples,
+        non_finite: counters.non_finite,
+        rays: counters.rays,
+        shadow_rays: counters.shadow_rays,
         build_ms,
         prepare_ms,
         first_pass_ms: outcome.first_pass_ms,
         render_ms: outcome.render_ms,
-        msamples_per_s: total.samples as f64 / (outcome.render_ms * 1e3).max(1e-9),
+        msamples_per_s: outcome.cost.samples as f64 / (outcome.render_ms * 1e3).max(1e-9),
         structure_bytes: tracer.report().bytes,
         peak_rss_bytes: peak_rss_bytes(),
         paging: caches.as_ref().map(PagingStats::new),
         gpu_paging: worker.gpu_paging(),
     };
-    Ok(Rendered { film, mattes: ids.mattes(), stats })
+    Ok(Rendered { sums, stats })
+}
+
+/// The sums that a render goes on with: those of its checkpoint, or none yet.
+fn begin(
+    open: &OpenScene,
+    request: &RenderRequest,
+    adapter: Option<&str>,
+    settings: FilmSettings,
+    ids: &Ids,
+) -> Result<Accumulator, Error> {
+    let is_kept = request.keep_recipe || request.checkpoint.is_some();
+    let recipe = if is_kept { recipe(open, request, adapter)? } else { Recipe::default() };
+    let new = Accumulator::new(settings, recipe, ids.mattes());
+    match &request.checkpoint {
+        Some(checkpoint) => restore(checkpoint, new, &request.wanted()),
+        None => Ok(new),
+    }
 }
 
 /// The structures that rays are traced through.
@@ -280,13 +355,14 @@ pub(crate) fn frame(
     request: &RenderRequest,
     control: &Control<'_>,
 ) -> Result<(RenderStats, f64), Error> {
-    let mut film = Film::new(film_settings(request, Tiles::InPages));
+    let settings = film_settings(request, Tiles::InPages);
+    let mut sums = Accumulator::new(settings, Recipe::default(), Vec::new());
     let worker = Worker::Cpu(renderer);
-    let outcome = Run::new(&worker, ids, request, control, None)?.all_passes(&mut film)?;
+    let outcome = Run::new(&worker, ids, request, control, None)?.all_passes(&mut sums)?;
     Ok((outcome.cost, outcome.render_ms))
 }
 
-fn millis(duration: Duration) -> f64 {
+pub(crate) fn millis(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
@@ -309,191 +385,6 @@ pub(crate) fn film_settings(request: &RenderRequest, tiles: Tiles) -> FilmSettin
         window: Window { x0: region.min[0], y0: region.min[1], x1: region.max[0], y1: region.max[1] },
         tile_size: tile_size(region.pixels(), rayon::current_num_threads(), tiles),
         aovs: request.aovs.clone(),
-    }
-}
-
-/// Hands the renderer's samples to a tile of the film.
-pub(crate) struct TileSink<'t> {
-    pub(crate) tile: &'t mut FilmTile,
-    pub(crate) ids: &'t Ids,
-}
-
-impl SampleSink for TileSink<'_> {
-    #[inline]
-    fn add(&mut self, pixel: [u32; 2], sample: &Sample) {
-        let film_sample = PixelSample {
-            radiance: sample.radiance,
-            hit: sample.coverage > 0.0,
-            albedo: sample.albedo,
-            normal: sample.normal,
-            depth: sample.depth,
-            position: sample.position,
-            object: self.ids.object(sample.object),
-            material: self.ids.material(sample.material),
-        };
-        self.tile.add(pixel[0], pixel[1], &film_sample);
-    }
-}
-
-/// A render under way.
-struct Run<'r, 'w> {
-    worker: &'r Worker<'w>,
-    ids: &'r Ids,
-    request: &'r RenderRequest,
-    control: &'r Control<'r>,
-    start: Instant,
-    deadline: Option<Instant>,
-    photons: Option<PhotonPlan>,
-    samples: AtomicU64,
-    samples_total: u64,
-}
-
-/// What all passes came to.
-struct Outcome {
-    cost: RenderStats,
-    spp: u32,
-    passes: u32,
-    ending: Ending,
-    first_pass_ms: f64,
-    render_ms: f64,
-}
-
-impl<'r, 'w> Run<'r, 'w> {
-    fn new(
-        worker: &'r Worker<'w>,
-        ids: &'r Ids,
-        request: &'r RenderRequest,
-        control: &'r Control<'r>,
-        deadline: Option<Instant>,
-    ) -> Result<Self, Error> {
-        let samples_total = request.settings.region().pixels() * u64::from(request.spp);
-        let (start, samples) = (Instant::now(), AtomicU64::new(0));
-        let photons = worker.photon_plan()?;
-        Ok(Self { worker, ids, request, control, start, deadline, photons, samples, samples_total })
-    }
-
-    fn all_passes(&self, film: &mut Film) -> Result<Outcome, Error> {
-        let mut schedule = PassSchedule::new(self.request.spp);
-        let mut outcome = Outcome {
-            cost: RenderStats::default(),
-            spp: 0,
-            passes: 0,
-            ending: Ending::Complete,
-            first_pass_ms: 0.0,
-            render_ms: 0.0,
-        };
-        while let Some(samples) = schedule.next(self.start.elapsed(), self.time_left()) {
-            let last = samples.end;
-            let may_stop = samples.start > 0;
-            outcome.cost += self.pass(film, samples, outcome.spp, may_stop)?;
-            if self.is_to_stop(may_stop) {
-                break;
-            }
-            outcome.spp = last;
-            outcome.passes += 1;
-            if outcome.passes == 1 {
-                outcome.first_pass_ms = millis(self.start.elapsed());
-            }
-        }
-        outcome.ending = self.ending(outcome.spp);
-        outcome.render_ms = millis(self.start.elapsed());
-        Ok(outcome)
-    }
-
-    /// Adds the given samples to every tile, each under photons of its own where there are any.
-    fn pass(
-        &self,
-        film: &mut Film,
-        samples: std::ops::Range<u32>,
-        spp: u32,
-        may_stop: bool,
-    ) -> Result<RenderStats, Error> {
-        let Some(plan) = &self.photons else { return self.tiles(film, None, samples, spp, may_stop) };
-        let mut cost = RenderStats::default();
-        for sample in samples {
-            if self.is_to_stop(may_stop) {
-                break;
-            }
-            let (photons, rays) = self.worker.photons(plan, sample)?;
-            cost.rays += rays;
-            cost += self.tiles(film, Some(&photons), sample..sample + 1, spp, may_stop)?;
-        }
-        Ok(cost)
-    }
-
-    /// Adds the given samples to every tile. Tiles are skipped once the render is to stop.
-    fn tiles(
-        &self,
-        film: &mut Film,
-        photons: Option<&PhotonMaps>,
-        samples: std::ops::Range<u32>,
-        spp: u32,
-        may_stop: bool,
-    ) -> Result<RenderStats, Error> {
-        let reporting = Mutex::new(());
-        let tile_cost = |tile: &mut FilmTile| {
-            if self.is_to_stop(may_stop) {
-                return Ok(RenderStats::default());
-            }
-            let window = tile.window();
-            let region = Tile { min: [window.x0, window.y0], max: [window.x1, window.y1] };
-            let mut sink = TileSink { tile, ids: self.ids };
-            let cost = self.worker.render_tile(photons, region, samples.clone(), &mut sink)?;
-            self.samples.fetch_add(cost.samples, Ordering::Relaxed);
-            if let Ok(_one_at_a_time) = reporting.try_lock() {
-                (self.control.progress)(&self.progress(spp));
-            }
-            Ok(cost)
-        };
-        let add = |mut a: RenderStats, b| {
-            a += b;
-            Ok(a)
-        };
-        film.tiles_mut().par_iter_mut().with_max_len(1).map(tile_cost).try_reduce(RenderStats::default, add)
-    }
-
-    /// Whether what is begun is to be finished and nothing more. The first pass goes on beyond the time limit.
-    fn is_to_stop(&self, may_stop: bool) -> bool {
-        self.cancelled() || (may_stop && self.out_of_time())
-    }
-
-    fn cancelled(&self) -> bool {
-        self.control.cancel.load(Ordering::Relaxed)
-    }
-
-    fn time_left(&self) -> Option<Duration> {
-        self.deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()))
-    }
-
-    fn out_of_time(&self) -> bool {
-        self.time_left().is_some_and(|left| left.is_zero())
-    }
-
-    fn ending(&self, spp: u32) -> Ending {
-        if spp == self.request.spp {
-            Ending::Complete
-        } else if self.cancelled() {
-            Ending::Interrupted
-        } else {
-            Ending::TimeLimit
-        }
-    }
-
-    fn progress(&self, spp: u32) -> Progress {
-        let samples = self.samples.load(Ordering::Relaxed);
-        let elapsed = self.start.elapsed();
-        let to_go = self.samples_total.saturating_sub(samples) as f64 / samples.max(1) as f64;
-        let by_samples = Duration::try_from_secs_f64(elapsed.as_secs_f64() * to_go).unwrap_or(Duration::MAX);
-        let remaining = self.time_left().map_or(by_samples, |left| left.min(by_samples));
-        let samples_total = self.samples_total;
-        Progress {
-            samples,
-            samples_total,
-            spp,
-            elapsed,
-            remaining: Some(remaining),
-            residency: None,
-            kernels: None,
-        }
+        squares: request.noise.is_some(),
     }
 }

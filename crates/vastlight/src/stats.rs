@@ -10,7 +10,7 @@ use vastlight_trace::paged::Caches;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// Every sample was taken.
+    /// Every sample was taken, or all parts of the picture are done by their noise.
     Complete,
     /// The time limit came first.
     TimeLimit,
@@ -189,11 +189,17 @@ pub struct Stats {
     pub spp: u32,
     /// Samples that every pixel has.
     pub spp_done: u32,
-    /// Passes finished.
+    /// Samples of a pixel in the mean over all pixels: with `noise` more than `spp_done`.
+    pub spp_mean: f64,
+    /// The error at which parts of the picture were done, if that was asked for.
+    pub noise: Option<f32>,
+    /// Passes finished, of one sample a pixel each, resumed ones included.
     pub passes: u32,
+    /// Passes that a checkpoint brought.
+    pub resumed_passes: u32,
     /// How it ended.
     pub ending: Ending,
-    /// Samples taken, all pixels together.
+    /// Samples taken, all pixels together; these and the rays include what a checkpoint brought.
     pub samples: u64,
     /// Samples dropped because they were not finite.
     pub non_finite: u64,

@@ -102,7 +102,7 @@ fn request(scene: &Scene, update: UpdateMethod) -> RenderRequest {
 }
 
 fn control(cancel: &AtomicBool) -> Control<'_> {
-    Control { cancel, progress: &|_| {} }
+    Control::new(cancel, &|_| {})
 }
 
 fn planes(rendered: &Rendered) -> Vec<u32> {

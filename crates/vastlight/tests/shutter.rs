@@ -58,7 +58,7 @@ fn request(session: &Session, size: [u32; 2], spp: u32, seed: u32) -> RenderRequ
 }
 
 fn render(session: &mut Session, request: &RenderRequest) -> Result<Rendered, Error> {
-    session.render(request, &Control { cancel: &AtomicBool::new(false), progress: &|_| {} })
+    session.render(request, &Control::new(&AtomicBool::new(false), &|_| {}))
 }
 
 /// What goes to the right by 2 a second: a shining square by its instance or by its vertices, or the camera to the left.

@@ -28,13 +28,16 @@ pub(crate) struct Diff {
 
 pub(crate) fn run(arguments: &Diff) -> Result<Exit, Error> {
     let output = arguments.output.as_deref().map(|path| PictureFile::new(path, false)).transpose()?;
+    if let Some(output) = &output {
+        output.refuse_sums("a difference has no sums")?;
+    }
     let a = film::read_picture(&arguments.a)?;
     let b = film::read_picture(&arguments.b)?;
     let figures = film::compare(&a, &b)?;
     if let Some(output) = output {
         let options =
             PngOptions { exposure: 0.0, curve: ToneCurve::Linear, depth: BitDepth::Eight, dither: false };
-        output.write(&film::difference(&a, &b)?, &options)?;
+        output.write_picture(&film::difference(&a, &b)?, &options)?;
     }
     let line = json!({
         "diff": [arguments.a.display().to_string(), arguments.b.display().to_string()],

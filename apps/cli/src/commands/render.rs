@@ -1,18 +1,19 @@
 //! `vastlight render SCENE -o FILE`.
 
 use crate::arguments::{Common, SceneArguments};
+use crate::commands::keep::KeepArguments;
 use crate::exit::Exit;
 use crate::findings;
-use crate::output::{self, PictureFile};
+use crate::interrupt;
+use crate::output::{self, PictureFile, PngArguments};
 use crate::progress::{ProgressKind, Reporter};
 use crate::values::{self, Frames, Resolution};
-use crate::{commands::later::Later, interrupt};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
-use vastlight::film::{Aov, BitDepth, Picture, PngOptions, ToneCurve};
+use vastlight::film::{Accumulator, Aov, Picture, PngOptions};
 use vastlight::math::Vec3;
 use vastlight::scene::{Camera, Scene};
 use vastlight::trace::TracerConfig;
@@ -20,7 +21,7 @@ use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
     CachedStore, CameraChoice, Control, Denoising, Device, Ending, Error, ErrorClass, Exposure, LoadOptions,
-    MemoryEstimate, OpenScene, PackControl, PackProgress, RenderRequest, Rendered, Session, Stats,
+    MemoryEstimate, OpenScene, PackControl, PackProgress, RenderRequest, Rendered, Session, Snapshot, Stats,
     cached_store, check_fits, human_bytes,
 };
 
@@ -51,7 +52,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "DIR")]
     cache_dir: Option<PathBuf>,
     #[command(flatten)]
-    later: Later,
+    keep: KeepArguments,
 }
 
 /// What is rendered, and how long.
@@ -115,7 +116,7 @@ pub(crate) struct PictureArguments {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Output options")]
 struct OutputArguments {
-    /// The picture: .png (tone-mapped sRGB) or .exr (linear, with AOVs)
+    /// The picture: .png (tone-mapped sRGB) or .exr (linear, with AOVs); or .vlc, its sums, for `merge`
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Auxiliary outputs in the EXR, separated by commas: albedo, normal, depth, alpha, position, object, material
@@ -124,18 +125,8 @@ struct OutputArguments {
     /// Take the noise out of the colour with Open Image Denoise, where it is installed (see docs/outputs.md)
     #[arg(long)]
     denoise: bool,
-    /// Exposure of the PNG in stops
-    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = values::finite, allow_hyphen_values = true)]
-    exposure: f32,
-    /// Tone curve of the PNG: filmic, reinhard, linear (or none)
-    #[arg(long, value_name = "NAME", default_value_t = ToneCurve::Filmic)]
-    tonemap: ToneCurve,
-    /// Bits a channel of the PNG
-    #[arg(long, value_name = "8|16", default_value_t = 8, value_parser = clap::value_parser!(u8).range(8..=16))]
-    bit_depth: u8,
-    /// Leave out the fine pattern that hides the steps of 8-bit gradients
-    #[arg(long)]
-    no_dither: bool,
+    #[command(flatten)]
+    png: PngArguments,
     /// Progress on stderr
     #[arg(long, value_name = "KIND", default_value = "auto")]
     progress: ProgressKind,
@@ -279,15 +270,6 @@ impl Render {
 }
 
 impl OutputArguments {
-    fn png_options(&self) -> Result<PngOptions, Error> {
-        let depth = match self.bit_depth {
-            8 => BitDepth::Eight,
-            16 => BitDepth::Sixteen,
-            _ => return Err(Error::usage("a PNG has 8 or 16 bits a channel", "--bit-depth", "")),
-        };
-        Ok(PngOptions { exposure: self.exposure, curve: self.tonemap, depth, dither: !self.no_dither })
-    }
-
     /// Everything about the output that can be found out before the work.
     fn check(&self, is_sequence: bool) -> Result<(PictureFile, PngOptions), Error> {
         let file = PictureFile::new(&self.output, is_sequence)?;
@@ -295,7 +277,10 @@ impl OutputArguments {
         if let Some(path) = &self.stats {
             vastlight::film::check_writable(path)?;
         }
-        Ok((file, self.png_options()?))
+        if self.denoise {
+            file.refuse_sums("sums are not denoised")?;
+        }
+        Ok((file, self.png.options()?))
     }
 
     /// The denoiser, if the picture is to be denoised.
@@ -305,11 +290,12 @@ impl OutputArguments {
 }
 
 pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result<Exit, Error> {
-    arguments.later.check()?;
+    arguments.keep.check(arguments.frames.is_some())?;
     let (file, png) = arguments.output.check(arguments.frames.is_some())?;
     let denoising = arguments.output.denoising()?;
     let reporter = Reporter::new(arguments.output.progress, common.quiet);
     let cancel = interrupt::flag()?;
+    let snapshot = interrupt::snapshot_flag()?;
 
     let open = arguments.open(common, cancel, &reporter, start)?;
     show_findings(&open.scene, common, &reporter);
@@ -318,7 +304,7 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.shown()));
     let options = arguments.scene.options(common)?;
     let mut session = Session::new(open, arguments.scene.name(), &options);
-    let job = Job { arguments, common, png, denoising, reporter, cancel };
+    let job = Job { arguments, common, png, denoising, reporter, cancel, snapshot: &snapshot };
     match arguments.frames {
         None => {
             job.expose_moment(&mut session)?;
@@ -337,6 +323,7 @@ struct Job<'a> {
     denoising: Option<Denoising>,
     reporter: Reporter,
     cancel: &'a AtomicBool,
+    snapshot: &'a AtomicBool,
 }
 
 impl Job<'_> {
@@ -373,10 +360,14 @@ impl Job<'_> {
         frames: Frames,
         start: Instant,
     ) -> Result<Exit, Error> {
-        let mut start = start;
-        for (i, frame) in frames.iter().enumerate() {
+        let (mut start, mut is_first) = (start, true);
+        for frame in frames.iter() {
+            if self.arguments.keep.is_done(frame, file.of_frame(frame).path()) {
+                self.common.say(|| format!("{}: is done", file.of_frame(frame).name()));
+                continue;
+            }
             session.expose(values::moment(frame, self.arguments.fps), &self.arguments.exposure())?;
-            if i == 0 {
+            if std::mem::take(&mut is_first) {
                 self.warn_of_shutter(session);
                 self.check(session, start)?;
             }
@@ -398,22 +389,29 @@ impl Job<'_> {
         start: Instant,
         load_ms: f64,
     ) -> Result<Exit, Error> {
-        let Self { arguments, common, png, denoising, reporter, cancel } = self;
+        let Self { arguments, common, png, denoising, reporter, cancel, .. } = self;
         let of_frame = frame.map(|frame| file.of_frame(frame));
         let file = of_frame.as_ref().unwrap_or(file);
-        let request = self.request(session.open(), start)?;
-        let control = Control { cancel, progress: &|p| reporter.update(p) };
+        let mut request = self.request(session.open(), start)?;
+        arguments.keep.apply(&mut request, frame);
+        request.keep_recipe = file.is_sums();
+        let take = |sums: &Accumulator| self.take_snapshot(file, sums);
+        let snapshot = Some(Snapshot { wanted: self.snapshot, take: &take });
+        let control = Control { cancel, progress: &|p| reporter.update(p), snapshot };
         let rendered = session.render(&request, &control)?;
         reporter.finish();
         common.say(|| details(&rendered.stats));
         let is_interrupted = rendered.stats.ending == Ending::Interrupted;
-        if rendered.film.samples() == 0 || is_interrupted && frame.is_some() {
-            let when = if rendered.film.samples() == 0 { " before the first sample" } else { "" };
+        if rendered.sums.film().samples() == 0 || is_interrupted && frame.is_some() {
+            let when = if rendered.sums.film().samples() == 0 { " before the first sample" } else { "" };
             eprintln!("interrupted{when}, {} is not written", file.name());
             return Ok(Exit::Interrupted);
         }
         let finished = Finished::new(&rendered, denoising.as_ref());
-        file.write(&finished.picture, png)?;
+        file.write(&rendered.sums, || finished.picture.clone(), png)?;
+        if let (Some(frame), Ending::Complete) = (frame, rendered.stats.ending) {
+            arguments.keep.forget(frame);
+        }
         if let Some(path) = &arguments.output.stats {
             let of_frame = frame.and_then(|frame| output::numbered(path, frame));
             let text = stats_json(&rendered, &finished, load_ms, start);
@@ -423,9 +421,20 @@ impl Job<'_> {
         conclude(arguments, common, reporter, file, &rendered, start)
     }
 
+    /// Writes the picture so far; the work goes on even if it cannot be written.
+    fn take_snapshot(&self, file: &PictureFile, sums: &Accumulator) {
+        match file.write(sums, || sums.develop(), &self.png) {
+            Ok(()) => {
+                self.common.say(|| format!("{}: a look at {} passes", file.name(), sums.samples().len()))
+            }
+            Err(error) => warn(&self.reporter, self.common, &error.to_string()),
+        }
+    }
+
     /// Refuses what cannot be done with the scene, or does not fit into the memory budget.
     fn check(&self, session: &Session, start: Instant) -> Result<(), Error> {
-        let request = self.request(session.open(), start)?;
+        let mut request = self.request(session.open(), start)?;
+        self.arguments.keep.apply(&mut request, None);
         check_request(session.open(), &request, self.common, session.moving_triangles())?;
         match &self.denoising {
             Some(denoising) => denoising.check_memory(request.settings.region().pixels(), self.common.memory),
@@ -498,8 +507,9 @@ fn summary(rendered: &Rendered, file: &PictureFile, start: Instant) -> String {
         Ending::TimeLimit => ", stopped by the time limit",
         Ending::Interrupted => ", interrupted",
     };
+    let mean = stats.noise.map_or(String::new(), |_| format!(" ({:.1} in the mean)", stats.spp_mean));
     format!(
-        "{}: {} x {}, {} of {} spp, {:.1} s ({:.2} Msamples/s, peak {}){ending}",
+        "{}: {} x {}, {} of {} spp{mean}, {:.1} s ({:.2} Msamples/s, peak {}){ending}",
         file.name(),
         stats.width,
         stats.height,
@@ -601,6 +611,7 @@ fn check_memory(
         .with_photons(&request.settings)
         .with_moving(moving)
         .with_shutter(scene);
+    let estimate = if request.noise.is_some() { estimate.with_noise(pixels) } else { estimate };
     let on_cpu = !matches!(request.device.device, Device::Gpu(_));
     let estimate = if on_cpu { estimate } else { estimate.on_graphics_processor(scene) };
     match common.memory.or_else(vastlight::default_budget_bytes) {

@@ -52,8 +52,7 @@ pub(crate) fn request(scene: &Scene) -> RenderRequest {
 
 /// The picture of a request.
 pub(crate) fn picture(open: &OpenScene, request: &RenderRequest) -> Result<Picture, Error> {
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-    Ok(render(open, request, &control)?.develop())
+    Ok(render(open, request, &Control::new(&AtomicBool::new(false), &|_| {}))?.develop())
 }
 
 /// How many values of two pictures of the same size differ.

@@ -129,7 +129,7 @@ pub(crate) fn run(arguments: &Ooc, common: &Common) -> Result<Exit, Error> {
     options.bypass_kernel_cache = arguments.bypass;
     let open = vastlight::open(&arguments.scene.scene, &options)?;
     let strategy = open.stored.as_ref().map_or("", |stored| stored.strategy.name());
-    let control = Control { cancel, progress: &|_| {} };
+    let control = Control::new(cancel, &|_| {});
     let top = match arguments.top {
         TopLevel::Tree => "tree".to_owned(),
         TopLevel::Grid(n) => format!("grid:{n}"),

@@ -34,7 +34,7 @@ pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<E
     request.device = common.device_request();
     request.tracer.layout = Layout::from_name(&arguments.layout).unwrap_or_default();
     check_request(&open, &request, common, 0)?;
-    let control = Control { cancel, progress: &|_| {} };
+    let control = Control::new(cancel, &|_| {});
     let first = vastlight::render(&open, &request, &control)?.stats;
     let first_image_ms = load_ms + first.build_ms + first.prepare_ms + first.first_pass_ms;
     let mut best = first;

@@ -45,7 +45,7 @@ pub(crate) fn run(arguments: &Texture, common: &Common) -> Result<Exit, Error> {
         ));
     };
     let tile_bytes = stored.tiles.longest().map_or(0, |(_, entry)| entry.bytes);
-    let control = Control { cancel, progress: &|_| {} };
+    let control = Control::new(cancel, &|_| {});
     for &mode in &arguments.mode {
         let mut request = arguments.picture.request(&open.scene, Vec::new())?;
         mode.apply(&mut request);

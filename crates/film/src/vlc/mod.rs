@@ -1,0 +1,14 @@
+//! Files of sums (.vlc): see docs/checkpoint-format.md. All numbers are little-endian.
+
+mod header;
+mod notes;
+mod number;
+mod planes;
+mod read;
+mod write;
+
+#[cfg(test)]
+mod tests;
+
+pub use read::SumsFile;
+pub use write::write_sums;
