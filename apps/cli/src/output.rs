@@ -113,15 +113,10 @@ impl PictureFile {
     }
 
     /// Writes sums, or the picture that they are developed to.
-    pub(crate) fn write(
-        &self,
-        sums: &Accumulator,
-        develop: impl FnOnce() -> Picture,
-        png: &PngOptions,
-    ) -> Result<(), Error> {
+    pub(crate) fn write(&self, sums: &Accumulator, png: &PngOptions) -> Result<(), Error> {
         match self.format {
             Format::Sums => Ok(film::write_sums(&self.path, sums)?),
-            _ => self.write_picture(&develop(), png),
+            _ => self.write_picture(&sums.develop(), png),
         }
     }
 

@@ -83,7 +83,7 @@ fn what_does_not_belong_together_is_refused_by_name() {
         ("render demo:still-life -r 24x16 --spp 8 --device cpu", "scene"),
         ("render demo:cornell -r 24x16 --spp 8 --device cpu --override o.toml", "scene"),
     ];
-    w.write("o.toml", "[material.white]\nbase_color = [0.5, 0.5, 0.5]\n");
+    w.write("o.toml", "[materials.\"*\"]\nbase_color = [0.5, 0.5, 0.5]\n");
     for (other, text) in others {
         done(&w, &format!("{other} --passes 5-8 -o c.vlc"));
         refused(&w, "merge a.vlc c.vlc -o x.exr", 3, text);
@@ -274,4 +274,24 @@ fn samples_go_where_the_noise_is() {
         errors.push(error);
     }
     assert!(errors[1] < 0.8 * errors[0], "{errors:?}");
+}
+
+#[test]
+fn a_graphics_processor_goes_on_with_its_own_sums_alone() {
+    let w = Workspace::new();
+    let outcome = w.run("bench sort -n 100 --repeat 1 --device gpu");
+    if outcome.code == 5 && outcome.stderr.contains("mesa-vulkan-drivers") {
+        println!("skipped: no adapter: no software Vulkan driver (Debian: mesa-vulkan-drivers libvulkan1)");
+        return;
+    }
+    let scene = "render demo:cornell -r 32x18 --spp 20 --noise 0.3";
+    done(&w, &format!("{scene} --device gpu -o whole.exr"));
+    // Stopped after the first pass, with a part of the picture done by its noise or not.
+    let limited = w.run(&format!("{scene} --device gpu --time-limit 1ms --checkpoint c.vlc -o part.exr"));
+    assert_eq!(limited.code, 0, "{}", limited.stderr);
+    assert!(w.bytes("part.exr") != w.bytes("whole.exr"));
+    refused(&w, &format!("{scene} --device cpu --checkpoint c.vlc --resume -o x.exr"), 3, "device");
+    done(&w, &format!("{scene} --device gpu --checkpoint c.vlc --resume --stats s.json -o out.exr"));
+    assert!(w.bytes("out.exr") == w.bytes("whole.exr"));
+    assert!(w.json("s.json")["resumed_passes"].as_u64() > Some(0));
 }

@@ -22,7 +22,8 @@ fn request(session: &Session, spp: u32) -> RenderRequest {
 }
 
 fn rendered(source: &str, options: &LoadOptions, request: &RenderRequest) -> Picture {
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+    let cancel = AtomicBool::new(false);
+    let control = Control::new(&cancel, &|_| {});
     render(&open(source, options).expect("opened"), request, &control).expect("rendered").develop()
 }
 

@@ -37,7 +37,8 @@ fn frame(
     let mut request = request(&session.open().scene);
     request.paging.cache_fraction = fraction;
     request.tracer.update = update;
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
+    let cancel = AtomicBool::new(false);
+    let control = Control::new(&cancel, &|_| {});
     Ok(session.render(&request, &control)?.develop())
 }
 

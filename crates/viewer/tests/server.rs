@@ -30,8 +30,8 @@ fn rendered(
     let open = open(source, &LoadOptions { overrides, ..LoadOptions::default() }).expect("opened");
     let camera = choice.resolve(&open.scene).expect("a camera");
     let request = RenderRequest::new(RenderSettings::new(camera, SMALL[0], SMALL[1]), spp);
-    let control = Control { cancel: &AtomicBool::new(false), progress: &|_| {} };
-    render(&open, &request, &control).expect("rendered").develop()
+    let cancel = AtomicBool::new(false);
+    render(&open, &request, &Control::new(&cancel, &|_| {})).expect("rendered").develop()
 }
 
 #[test]

@@ -41,6 +41,9 @@ pub(crate) struct Clusters {
 
 pub(crate) fn run(arguments: &Clusters, common: &Common) -> Result<Exit, Error> {
     let output = arguments.output.as_ref().map(|path| PictureFile::new(path, false)).transpose()?;
+    if let Some(output) = &output {
+        output.refuse_sums("the picture of clusters is no sum")?;
+    }
     let scene = arguments.scene.load(common)?;
     let request = ClusterRequest {
         heuristics: arguments.heuristic.clone(),
@@ -53,7 +56,7 @@ pub(crate) fn run(arguments: &Clusters, common: &Common) -> Result<Exit, Error> 
         println!("{}", line(arguments, figures));
     })?;
     if let Some(output) = output {
-        output.write(&picture, &PngOptions::default())?;
+        output.write_picture(&picture, &PngOptions::default())?;
     }
     Ok(Exit::Done)
 }
