@@ -21,8 +21,8 @@ impl Between {
     #[must_use]
     pub fn new(time: f32, keys: usize) -> Self {
         let segments = keys.max(2) - 1;
-        // The order of the two refuses NaN.
-        let along = time.max(0.0).min(1.0) * segments as f32;
+        // What is no number is the start.
+        let along = if time > 0.0 { time.min(1.0) * segments as f32 } else { 0.0 };
         let key = (along as usize).min(segments - 1);
         let after = along - key as f32;
         Self { key, parts: [1.0 - after, after] }

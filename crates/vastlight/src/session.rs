@@ -84,7 +84,7 @@ impl Session {
             && source.strip_prefix("demo:").is_some_and(generate::moves)
             && open.stored.is_none();
         let reopened = is_function.then(|| (source.to_owned(), options.clone()));
-        let limits = options.import.limits.clone();
+        let limits = options.import.limits;
         Self { open, kept: Kept::default(), moving: 0, reopened, limits, revision: None }
     }
 

@@ -100,7 +100,7 @@ fn frames_of_a_demo_in_a_store_are_those_of_the_demo() {
 fn a_store_at_rest_is_the_scene_at_rest_and_only_what_deforms_is_in_memory() {
     let folder = tempfile::tempdir().expect("a folder");
     let source = name(&animated::write(folder.path()));
-    let store = name(&packed(folder.path(), &[source.clone()], &LoadOptions::default()));
+    let store = name(&packed(folder.path(), std::slice::from_ref(&source), &LoadOptions::default()));
     let stored = open(&store, &LoadOptions::default()).expect("opens");
     let resident = load(&source, &LoadOptions::default()).expect("read");
     let in_memory: Vec<usize> = stored.scene.meshes().iter().map(|mesh| mesh.triangles.len()).collect();
@@ -131,7 +131,7 @@ fn what_a_store_does_not_keep_is_said() {
     let at = |time: f32| LoadOptions { time: Some(time), ..LoadOptions::default() };
     assert!(open(&store, &at(0.5)).expect_err("still").what.contains("nothing moves"));
     // One that was packed for its moment.
-    let store = name(&packed(folder.path(), &[source.clone()], &at(0.5)));
+    let store = name(&packed(folder.path(), std::slice::from_ref(&source), &at(0.5)));
     let stored = open(&store, &LoadOptions::default()).expect("opens");
     assert!(!warned(&stored) && stored.scene.motion().is_none());
     let expected = load(&source, &at(0.5)).expect("read");

@@ -315,7 +315,7 @@ impl Shared {
         match work {
             Work::None => false,
             Work::Refine => !self.viewers.is_empty(),
-            Work::Follow => !self.viewers.is_empty() && !(patient && self.steerer_is_busy()),
+            Work::Follow => !(self.viewers.is_empty() || patient && self.steerer_is_busy()),
             Work::Owed => true,
         }
     }

@@ -98,7 +98,7 @@ impl Header {
     fn is_sound(&self) -> bool {
         let Window { x0, y0, x1, y1 } = self.window;
         let is_inside = x0 < x1 && y0 < y1 && x1 <= self.full_size[0] && y1 <= self.full_size[1];
-        let known = (1 << Aov::ALL.len()) - 1 | SQUARES;
+        let known = ((1 << Aov::ALL.len()) - 1) | SQUARES;
         let Counters { samples, non_finite, rays, shadow_rays } = self.counters;
         let counts = [samples, non_finite, rays, shadow_rays, self.non_finite_in_film];
         let pass = &self.open_pass;

@@ -214,7 +214,7 @@ fn movements_come_back_from_their_records() {
     for (name, desc) in all() {
         let Some(motion) = &desc.motion else { continue };
         let record = motion.record().expect("every demo's movement can be kept");
-        let read = super::motion(&record, &desc).expect(name).expect("a demo's");
+        let read = super::motion(&record, desc).expect(name).expect("a demo's");
         assert_eq!(read.duration(), motion.duration());
         for time in [0.0, 0.4, 0.9].map(|part| part * motion.duration()) {
             assert_eq!(read.pose(time), motion.pose(time), "{name} at {time}");
@@ -240,7 +240,7 @@ fn damaged_records_are_errors_or_movements_that_can_be_asked() {
             for bit in [0, 7] {
                 let mut damaged = record.clone();
                 damaged.bytes[place] ^= 1 << bit;
-                match super::motion(&damaged, &desc) {
+                match super::motion(&damaged, desc) {
                     Ok(read) => {
                         // What is found by simulation takes its time.
                         let time = if survived < 3 { 0.4 } else { 0.0 };
@@ -255,7 +255,7 @@ fn damaged_records_are_errors_or_movements_that_can_be_asked() {
             }
         }
         let cut = MotionRecord { bytes: record.bytes[..last / 2].to_vec(), ..record.clone() };
-        assert!(super::motion(&cut, &desc).is_err(), "{name}");
+        assert!(super::motion(&cut, desc).is_err(), "{name}");
         assert!(refused > 0 && survived > 0, "{name}: {refused} {survived}");
     }
 }

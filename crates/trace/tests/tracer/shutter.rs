@@ -272,7 +272,7 @@ fn no_ray_gets_through_a_closed_mesh_that_moves() {
         let map = shutter.instance(0).and_then(|keys| keys.at(&between)).expect("seen");
         let corners = scene.meshes()[0].triangles[random.below(1000)];
         let [p, q, _] = corners.map(|v| between.blend(a.positions[v as usize], b.positions[v as usize]));
-        let target = if i % 2 == 0 { p } else { p + (q - p) * random.unit() };
+        let target = if i.is_multiple_of(2) { p } else { p + (q - p) * random.unit() };
         let (origin, target) = (map.transform_point3(random.point() * 0.1), map.transform_point3(target));
         Ray { time, ..Ray::new(origin, target - origin) }
     };
