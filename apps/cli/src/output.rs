@@ -60,7 +60,13 @@ impl PictureFile {
             "png" => Format::Png,
             "exr" => Format::Exr,
             "vlc" => Format::Sums,
-            _ => return Err(Error::usage("unknown kind of picture", place, "write to .png or .exr, or sums of passes to .vlc")),
+            _ => {
+                return Err(Error::usage(
+                    "unknown kind of picture",
+                    place,
+                    "write to .png or .exr, or sums of passes to .vlc",
+                ));
+            }
         };
         match (is_sequence, numbered(path, 0).is_some()) {
             (true, false) => {
@@ -107,15 +113,10 @@ impl PictureFile {
     }
 
     /// Writes sums, or the picture that they are developed to.
-    pub(crate) fn write(
-        &self,
-        sums: &Accumulator,
-        develop: impl FnOnce() -> Picture,
-        png: &PngOptions,
-    ) -> Result<(), Error> {
+    pub(crate) fn write(&self, sums: &Accumulator, png: &PngOptions) -> Result<(), Error> {
         match self.format {
             Format::Sums => Ok(film::write_sums(&self.path, sums)?),
-            _ => self.write_picture(&develop(), png),
+            _ => self.write_picture(&sums.develop(), png),
         }
     }
 

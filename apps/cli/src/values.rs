@@ -262,7 +262,9 @@ mod tests {
     fn passes_are_numbered_from_one() {
         assert_eq!(passes("17-32"), Ok(16..32));
         assert_eq!(passes("5"), Ok(4..5));
-        assert!(passes("0-4").is_err() && passes("4-3").is_err() && passes("1-").is_err() && passes("a").is_err());
+        assert!(
+            passes("0-4").is_err() && passes("4-3").is_err() && passes("1-").is_err() && passes("a").is_err()
+        );
     }
 
     #[test]

@@ -75,17 +75,25 @@ fn what_does_not_belong_together_is_refused_by_name() {
         ("render demo:cornell -r 25x16 --spp 8 --device cpu", "size (24 x 16 and 25 x 16)"),
         ("render demo:cornell -r 24x16 --spp 8 --device cpu --crop 0,0,9,9", "crop"),
         ("render demo:cornell -r 24x16 --spp 8 --device cpu --max-depth 3", "depth (16 and 3)"),
-        ("render demo:cornell -r 24x16 --spp 8 --device cpu --aov depth", "auxiliary outputs (none and depth)"),
+        (
+            "render demo:cornell -r 24x16 --spp 8 --device cpu --aov depth",
+            "auxiliary outputs (none and depth)",
+        ),
         ("render demo:cornell -r 24x16 --spp 8 --device cpu --fov 20", "camera"),
         ("render demo:still-life -r 24x16 --spp 8 --device cpu", "scene"),
         ("render demo:cornell -r 24x16 --spp 8 --device cpu --override o.toml", "scene"),
     ];
-    w.write("o.toml", "[material.white]\nbase_color = [0.5, 0.5, 0.5]\n");
+    w.write("o.toml", "[materials.\"*\"]\nbase_color = [0.5, 0.5, 0.5]\n");
     for (other, text) in others {
         done(&w, &format!("{other} --passes 5-8 -o c.vlc"));
         refused(&w, "merge a.vlc c.vlc -o x.exr", 3, text);
         let before = w.bytes("a.vlc");
-        refused(&w, &format!("{other} --checkpoint a.vlc --resume -o x.exr"), 3, text.split(" (").next().unwrap_or(text));
+        refused(
+            &w,
+            &format!("{other} --checkpoint a.vlc --resume -o x.exr"),
+            3,
+            text.split(" (").next().unwrap_or(text),
+        );
         assert!(w.bytes("a.vlc") == before, "a refused checkpoint stays as it is");
     }
     refused(&w, &format!("{small} --passes 2-8 --checkpoint a.vlc --resume -o x.exr"), 3, "passes 1-4");
@@ -125,7 +133,8 @@ fn mistakes_with_parts_are_one_line() {
 /// Starts, kills at some moment after the first checkpoint, resumes on another number of threads, and so on, to the bytes of one run.
 fn killed_again_and_again(w: &Workspace, arguments: &str, kills: u32, seed: u32) {
     done(w, &format!("{arguments} -o whole.exr"));
-    let kept = format!("{arguments} --checkpoint c.vlc --checkpoint-every 1ms --resume --stats s.json -o out.exr");
+    let kept =
+        format!("{arguments} --checkpoint c.vlc --checkpoint-every 1ms --resume --stats s.json -o out.exr");
     let mut survived = 0;
     for kill in 0..kills {
         let mut child = w.spawn(&format!("{kept} -t {}", 1 + kill % 3));
@@ -140,7 +149,7 @@ fn killed_again_and_again(w: &Workspace, arguments: &str, kills: u32, seed: u32)
     assert!(survived < kills, "nothing was killed");
     done(w, &format!("{kept} -t 2"));
     assert!(w.bytes("out.exr") == w.bytes("whole.exr"), "{arguments}");
-    assert!(w.json("s.json")["resumed_passes"].as_u64() > Some(0));
+    assert!(w.json("s.json")["resumed_samples"].as_u64() > Some(0));
     std::fs::remove_file(w.path("c.vlc")).expect("removed");
 }
 
@@ -148,7 +157,12 @@ fn killed_again_and_again(w: &Workspace, arguments: &str, kills: u32, seed: u32)
 fn killed_work_goes_on_to_the_same_bits() {
     let w = Workspace::new();
     let kills = if std::env::var_os("VASTLIGHT_SOAK").is_some() { 20 } else { 3 };
-    killed_again_and_again(&w, "render demo:still-life -r 160x90 --spp 48 --device cpu --aov object", kills, 1);
+    killed_again_and_again(
+        &w,
+        "render demo:still-life -r 160x90 --spp 48 --device cpu --aov object",
+        kills,
+        1,
+    );
 }
 
 #[test]
@@ -157,10 +171,10 @@ fn other_integrators_pages_and_noise_go_on_too() {
     let kills = if std::env::var_os("VASTLIGHT_SOAK").is_some() { 6 } else { 1 };
     done(&w, "pack demo:still-life -o s.vls -q");
     for arguments in [
-        "render s.vls -r 96x54 --spp 24 --memory 1GiB --device cpu",
-        "render demo:cornell -r 96x54 --spp 24 --integrator whitted --device cpu",
-        "render demo:caustic-sphere -r 64x36 --spp 6 --caustics photons --photons 20000 --device cpu",
-        "render demo:cornell -r 96x54 --spp 128 --noise 0.15 --device cpu",
+        "render s.vls -r 64x36 --spp 16 --memory 1GiB --device cpu",
+        "render demo:cornell -r 64x36 --spp 16 --integrator whitted --device cpu",
+        "render demo:caustic-sphere -r 64x36 --spp 4 --caustics photons --photons 4096 --device cpu",
+        "render demo:cornell -r 64x36 --spp 64 --noise 0.15 --device cpu",
     ] {
         killed_again_and_again(&w, arguments, kills, 7);
     }
@@ -169,7 +183,7 @@ fn other_integrators_pages_and_noise_go_on_too() {
 #[test]
 fn an_interrupted_render_keeps_what_it_has() {
     let w = Workspace::new();
-    let scene = "render demo:still-life -r 160x90 --spp 64 --device cpu";
+    let scene = "render demo:still-life -r 128x72 --spp 48 --device cpu";
     done(&w, &format!("{scene} -o whole.png"));
     let kept = format!("{scene} --checkpoint c.vlc --progress json -o out.png");
     for name in ["-TERM", "-INT"] {
@@ -189,14 +203,14 @@ fn an_interrupted_render_keeps_what_it_has() {
     assert_eq!(w.json("s.json")["resumed_passes"].as_u64(), Some(8));
     assert!(w.bytes("out.png") == w.bytes("whole.png"));
     done(&w, &format!("{kept} --resume --stats s.json"));
-    assert_eq!(w.json("s.json")["resumed_passes"].as_u64(), Some(64));
+    assert_eq!(w.json("s.json")["resumed_passes"].as_u64(), Some(48));
 }
 
 #[cfg(unix)]
 #[test]
 fn a_look_at_the_picture_does_not_end_the_work() {
     let w = Workspace::new();
-    let scene = "render demo:still-life -r 160x90 --spp 64 --device cpu";
+    let scene = "render demo:still-life -r 128x72 --spp 48 --device cpu";
     let mut child = w.spawn(&format!("{scene} --progress json -o out.png"));
     wait_for_line(&mut child, "\"progress\"");
     assert!(!w.path("out.png").exists());
@@ -212,15 +226,21 @@ fn a_look_at_the_picture_does_not_end_the_work() {
 #[test]
 fn frames_that_are_done_are_skipped() {
     let w = Workspace::new();
-    let frames = "render demo:explosion --triangles 2000 -r 48x27 --spp 2 --device cpu -f 0-2 -o f.##.png";
+    let frames = "render demo:explosion --triangles 20000 -r 48x27 --spp 2 --device cpu -f 0-2 -o f.##.png";
     done(&w, frames);
     let expected: Vec<Vec<u8>> = (0..3).map(|i| w.bytes(&format!("f.0{i}.png"))).collect();
     let kept = format!("{frames} --checkpoint c.##.vlc --resume -v");
     // The first is done; the second has a checkpoint, so it is not.
     std::fs::remove_file(w.path("f.02.png")).expect("removed");
-    done(&w, "render demo:explosion --triangles 2000 -r 48x27 --spp 2 --device cpu -f 1 --passes 1 --checkpoint c.##.vlc -o g.##.png");
+    done(
+        &w,
+        "render demo:explosion --triangles 20000 -r 48x27 --spp 2 --device cpu -f 1 --passes 1 --checkpoint c.##.vlc -o g.##.png",
+    );
     assert!(!w.path("c.01.vlc").exists(), "a frame that is done leaves none");
-    done(&w, "render demo:explosion --triangles 2000 -r 48x27 --spp 2 --device cpu --time 0.041666668 --passes 1 --checkpoint c.01.vlc -o g.png");
+    done(
+        &w,
+        "render demo:explosion --triangles 20000 -r 48x27 --spp 2 --device cpu --time 0.041666668 --passes 1 --checkpoint c.01.vlc -o g.png",
+    );
     let outcome = w.run(&kept);
     assert_eq!(outcome.code, 0, "{}", outcome.stderr);
     assert!(outcome.stderr.contains("f.00.png: is done"), "{}", outcome.stderr);
@@ -234,16 +254,16 @@ fn frames_that_are_done_are_skipped() {
 #[test]
 fn samples_go_where_the_noise_is() {
     let w = Workspace::new();
-    let scene = "render demo:cornell -r 96x64 --device cpu";
-    done(&w, &format!("{scene} --spp 1024 --seed 9 -o reference.exr"));
+    let scene = "render demo:cornell -r 64x48 --device cpu";
+    done(&w, &format!("{scene} --spp 512 --seed 9 -o reference.exr"));
     let mut errors = Vec::new();
-    for noise in ["0.1", "0.05"] {
-        done(&w, &format!("{scene} --spp 1024 --noise {noise} -t 1 --stats s.json -o a.exr"));
-        done(&w, &format!("{scene} --spp 1024 --noise {noise} -t 3 -o b.exr"));
+    for noise in ["0.12", "0.06"] {
+        done(&w, &format!("{scene} --spp 512 --noise {noise} -t 1 --stats s.json -o a.exr"));
+        done(&w, &format!("{scene} --spp 512 --noise {noise} -t 3 -o b.exr"));
         assert!(w.bytes("a.exr") == w.bytes("b.exr"), "threads do not matter");
         let stats = w.json("s.json");
         let (mean, least) = (stats["spp_mean"].as_f64().expect("a number"), stats["spp_done"].as_u64());
-        assert!(least < Some(1024) && mean > least.expect("a number") as f64 && mean < 1000.0, "{stats}");
+        assert!(least < Some(512) && mean > least.expect("a number") as f64 && mean < 500.0, "{stats}");
         assert_eq!(stats["ending"], "complete");
         let outcome = w.run("diff a.exr reference.exr");
         let figures: serde_json::Value = serde_json::from_str(&outcome.stdout).expect("JSON");
@@ -254,4 +274,24 @@ fn samples_go_where_the_noise_is() {
         errors.push(error);
     }
     assert!(errors[1] < 0.8 * errors[0], "{errors:?}");
+}
+
+#[test]
+fn a_graphics_processor_goes_on_with_its_own_sums_alone() {
+    let w = Workspace::new();
+    let outcome = w.run("bench sort -n 100 --repeat 1 --device gpu");
+    if outcome.code == 5 && outcome.stderr.contains("mesa-vulkan-drivers") {
+        println!("skipped: no adapter: no software Vulkan driver (Debian: mesa-vulkan-drivers libvulkan1)");
+        return;
+    }
+    let scene = "render demo:cornell -r 32x18 --spp 20 --noise 0.3";
+    done(&w, &format!("{scene} --device gpu -o whole.exr"));
+    // Stopped after the first pass, with a part of the picture done by its noise or not.
+    let limited = w.run(&format!("{scene} --device gpu --time-limit 1ms --checkpoint c.vlc -o part.exr"));
+    assert_eq!(limited.code, 0, "{}", limited.stderr);
+    assert!(w.bytes("part.exr") != w.bytes("whole.exr"));
+    refused(&w, &format!("{scene} --device cpu --checkpoint c.vlc --resume -o x.exr"), 3, "device");
+    done(&w, &format!("{scene} --device gpu --checkpoint c.vlc --resume --stats s.json -o out.exr"));
+    assert!(w.bytes("out.exr") == w.bytes("whole.exr"));
+    assert!(w.json("s.json")["resumed_passes"].as_u64() > Some(0));
 }

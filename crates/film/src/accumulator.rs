@@ -1,6 +1,8 @@
 //! A picture under way: its sums, and which samples are in them. It can be put aside, taken up again, and added to others.
 
-use crate::{Blocks, Cryptomatte, Film, FilmError, FilmSettings, FilmTile, Picture, Recipe, SampleSet, Window, noise};
+use crate::{
+    Blocks, Cryptomatte, Film, FilmError, FilmSettings, FilmTile, Picture, Recipe, SampleSet, Window, noise,
+};
 use std::ops::Range;
 
 /// What the samples cost.
@@ -158,7 +160,9 @@ impl Accumulator {
             return Err(FilmError::mismatch("a pass was left in the middle: finish it with --resume"));
         }
         if self.blocks.going_on() < self.blocks.words().len() {
-            return Err(FilmError::mismatch("parts of the picture are done by their noise: others cannot be added"));
+            return Err(FilmError::mismatch(
+                "parts of the picture are done by their noise: others cannot be added",
+            ));
         }
         Ok(())
     }

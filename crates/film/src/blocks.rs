@@ -25,7 +25,8 @@ impl Blocks {
 
     /// How many squares a window has.
     pub(crate) fn count_of(window: Window) -> u64 {
-        let count = |low: u32, high: u32| u64::from(high.div_ceil(Self::EDGE).saturating_sub(low / Self::EDGE));
+        let count =
+            |low: u32, high: u32| u64::from(high.div_ceil(Self::EDGE).saturating_sub(low / Self::EDGE));
         count(window.x0, window.x1) * count(window.y0, window.y1)
     }
 

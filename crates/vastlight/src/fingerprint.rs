@@ -4,7 +4,7 @@ use crate::{Error, OpenScene};
 use serde::Serialize;
 use std::io::{self, BufWriter, Write};
 use vastlight_paging::Directory;
-use vastlight_scene::{InstanceNames, Mesh, Scene};
+use vastlight_scene::{Image, InstanceNames, Mesh, Scene, Texels};
 use vastlight_store::StoredPages;
 use xxhash_rust::xxh3::Xxh3;
 
@@ -51,12 +51,23 @@ fn write_scene(out: &mut impl Write, scene: &Scene) -> io::Result<()> {
     put(out, &desc.names)?;
     let (InstanceNames::OfMesh(names) | InstanceNames::Own(names)) = scene.instances().names();
     put_all(out, names)?;
-    put(out, &(&desc.materials, &desc.textures, &desc.images, &desc.lights, scene.environment()))
+    desc.images.iter().try_for_each(|image| write_image(out, image))?;
+    put(out, &(&desc.materials, &desc.textures, &desc.lights, scene.environment()))
+}
+
+fn write_image(out: &mut impl Write, image: &Image) -> io::Result<()> {
+    let Image { name: _, width, height, channels, texels } = image;
+    put(out, &(width, height, channels, texels.number_bytes()))?;
+    match texels {
+        Texels::U8(numbers) => put_all(out, numbers),
+        Texels::U16(numbers) => put_all(out, numbers),
+        Texels::F32(numbers) => put_all(out, numbers),
+    }
 }
 
 fn write_mesh(out: &mut impl Write, mesh: &Mesh) -> io::Result<()> {
-    let Mesh { name, positions, triangles, normals, tangents, uvs, colors, parts, implicit } = mesh;
-    put(out, &(name, parts, uvs.len()))?;
+    let Mesh { name: _, positions, triangles, normals, tangents, uvs, colors, parts, implicit } = mesh;
+    put(out, &(parts, uvs.len()))?;
     put_all(out, positions)?;
     put_all(out, triangles.as_flattened())?;
     put_all(out, normals)?;
@@ -71,7 +82,8 @@ fn write_mesh(out: &mut impl Write, mesh: &Mesh) -> io::Result<()> {
 
 fn write_pages(out: &mut impl Write, stored: &StoredPages) -> io::Result<()> {
     let mut pages = |pages: &Directory| {
-        let checksums: Vec<u32> = (0..pages.pages() as u32).filter_map(|i| pages.get(i)).map(|e| e.crc32).collect();
+        let checksums: Vec<u32> =
+            (0..pages.pages() as u32).filter_map(|i| pages.get(i)).map(|e| e.crc32).collect();
         put_all(out, &checksums)
     };
     pages(&stored.geometry)?;

@@ -136,6 +136,12 @@ pub struct Snapshot<'c> {
     pub take: &'c (dyn Fn(&Accumulator) + Sync),
 }
 
+impl std::fmt::Debug for Snapshot<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Snapshot").field("wanted", &self.wanted).finish_non_exhaustive()
+    }
+}
+
 impl<'c> Control<'c> {
     /// Without snapshots.
     pub fn new(cancel: &'c AtomicBool, progress: &'c (dyn Fn(&Progress) + Sync)) -> Self {
@@ -287,6 +293,7 @@ fn render_with(
         noise: request.noise,
         passes: sums.samples().len(),
         resumed_passes: outcome.resumed_passes,
+        resumed_samples: outcome.resumed_samples,
         ending: outcome.ending,
         samples: counters.samples,
         non_finite: counters.non_finite,

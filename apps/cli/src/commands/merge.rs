@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &Merge, common: &Common) -> Result<Exit, Error> {
     let file = PictureFile::new(&arguments.output, false)?;
     let sums = merge_sums(&arguments.sums, common.memory)?;
     file.check_aovs(&sums.film().settings().aovs)?;
-    file.write(&sums, || sums.develop(), &png)?;
+    file.write(&sums, &png)?;
     if !common.quiet {
         eprintln!("{}: passes {}", file.name(), sums.samples());
     }

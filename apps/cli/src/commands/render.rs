@@ -352,7 +352,7 @@ impl Job<'_> {
         let mut request = self.request(session.open(), start)?;
         arguments.keep.apply(&mut request, frame);
         request.keep_recipe = file.is_sums();
-        let take = |sums: &Accumulator| self.take_snapshot(file, sums);
+        let take = |sums: &Accumulator| look(file, sums, png, common, reporter);
         let snapshot = Some(Snapshot { wanted: self.snapshot, take: &take });
         let control = Control { cancel, progress: &|p| reporter.update(p), snapshot };
         let rendered = session.render(&request, &control)?;
@@ -365,7 +365,11 @@ impl Job<'_> {
             return Ok(Exit::Interrupted);
         }
         let finished = Finished::new(&rendered, denoising.as_ref());
-        file.write(&rendered.sums, || finished.picture.clone(), png)?;
+        if file.is_sums() {
+            file.write(&rendered.sums, png)?;
+        } else {
+            file.write_picture(&finished.picture, png)?;
+        }
         if let (Some(frame), Ending::Complete) = (frame, rendered.stats.ending) {
             arguments.keep.forget(frame);
         }
@@ -376,14 +380,6 @@ impl Job<'_> {
         }
         finished.denoised.map_err(|e| Error { hint: "the picture is written with its noise".into(), ..e })?;
         conclude(arguments, common, reporter, file, &rendered, start)
-    }
-
-    /// Writes the picture so far; the work goes on even if it cannot be written.
-    fn take_snapshot(&self, file: &PictureFile, sums: &Accumulator) {
-        match file.write(sums, || sums.develop(), &self.png) {
-            Ok(()) => self.common.say(|| format!("{}: a look at {} passes", file.name(), sums.samples().len())),
-            Err(error) => warn(&self.reporter, self.common, &error.to_string()),
-        }
     }
 
     /// Refuses what cannot be done with the scene, or does not fit into the memory budget.
@@ -406,6 +402,14 @@ impl Job<'_> {
         request.device = common.device_request();
         request.time_limit = request.time_limit.map(|limit| limit.saturating_sub(start.elapsed()));
         Ok(request)
+    }
+}
+
+/// Writes the picture so far; the work goes on even if it cannot be written.
+fn look(file: &PictureFile, sums: &Accumulator, png: &PngOptions, common: &Common, reporter: &Reporter) {
+    match file.write(sums, png) {
+        Ok(()) => common.say(|| format!("{}: a look at {} passes", file.name(), sums.samples().len())),
+        Err(error) => warn(reporter, common, &error.to_string()),
     }
 }
 

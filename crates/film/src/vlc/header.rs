@@ -75,12 +75,8 @@ impl Header {
         if word(12) != crc32fast::hash(&bytes[16..]) {
             return Err("the header is damaged".into());
         }
-        let counters = Counters {
-            samples: long(64),
-            non_finite: long(72),
-            rays: long(80),
-            shadow_rays: long(88),
-        };
+        let counters =
+            Counters { samples: long(64), non_finite: long(72), rays: long(80), shadow_rays: long(88) };
         let header = Self {
             full_size: [word(16), word(20)],
             window: Window { x0: word(24), y0: word(28), x1: word(32), y1: word(36) },

@@ -92,7 +92,6 @@ impl<'b> Input<'b> {
         let layer = self.text()?;
         let count = self.u32()?;
         let names: Vec<String> = (0..count).map_while(|_| self.text()).collect();
-        (names.len() == count as usize)
-            .then(|| Cryptomatte::new(layer, names.iter().map(String::as_str)))
+        (names.len() == count as usize).then(|| Cryptomatte::new(layer, names.iter().map(String::as_str)))
     }
 }

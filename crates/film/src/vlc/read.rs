@@ -144,7 +144,8 @@ fn check_counts(film: &Film, blocks: &Blocks) -> io::Result<()> {
         let beyond = |i: usize, most: u32| {
             let seen = |plane: &[Coverage]| plane.get(i).map_or(0, Coverage::total);
             let samples = tile.samples[i];
-            let surfaces = [tile.hits.get(i).map_or(0, |&n| u64::from(n)), seen(&tile.objects), seen(&tile.materials)];
+            let surfaces =
+                [tile.hits.get(i).map_or(0, |&n| u64::from(n)), seen(&tile.objects), seen(&tile.materials)];
             samples > most || surfaces.into_iter().any(|count| count > u64::from(samples))
         };
         let mut pixels = blocks.counts_in(tile.window()).enumerate();

@@ -84,7 +84,10 @@ fn what_is_written_comes_back_in_any_tiles() {
             assert!(read.develop().planes == written.develop().planes);
             assert_eq!(read.samples().to_string(), "1-3, 9-12");
             assert_eq!((&read.recipe, &read.mattes), (&written.recipe, &written.mattes));
-            assert_eq!((read.counters, read.film().non_finite()), (written.counters, written.film().non_finite()));
+            assert_eq!(
+                (read.counters, read.film().non_finite()),
+                (written.counters, written.film().non_finite())
+            );
         }
     }
     assert!(sums(&[0..8]).film().non_finite() > 0);
@@ -127,8 +130,8 @@ fn every_truncation_and_addition_is_noticed() {
         assert!(read(&file[..length], 16).is_err(), "{length} bytes");
         // As a file that is cut while it is read.
         let mut cut = &file[..length];
-        let outcome = front(&mut cut, file.len() as u64)
-            .and_then(|(header, notes)| body(&mut cut, &header, notes, 16));
+        let outcome =
+            front(&mut cut, file.len() as u64).and_then(|(header, notes)| body(&mut cut, &header, notes, 16));
         assert!(outcome.is_err(), "{length} bytes");
     }
     assert!(read(&[&file[..], &[0]].concat(), 16).is_err());

@@ -1,8 +1,8 @@
 //! Writing sums.
 
 use super::header::{Header, planes_of};
-use super::number::Number;
 use super::notes;
+use super::number::Number;
 use super::planes::{EachPlane, Plane, each_plane, has};
 use crate::coverage::Coverage;
 use crate::{Accumulator, Film, FilmError, FilmTile, write_atomically};
