@@ -80,9 +80,11 @@ impl<'c> Keeper<'c> {
 
     /// Writes what there is, if there is anything and it is to be kept.
     pub(crate) fn save(&mut self, sums: &Accumulator) -> Result<(), Error> {
-        let Some(checkpoint) = self.checkpoint.filter(|_| sums.blocks().samples() > 0) else { return Ok(()) };
+        let Some(checkpoint) = self.checkpoint else { return Ok(()) };
         let start = Instant::now();
-        write_sums(&checkpoint.path, sums)?;
+        if sums.blocks().samples() > 0 {
+            write_sums(&checkpoint.path, sums)?;
+        }
         let pause = checkpoint.every.max(start.elapsed() * SHARE).max(LEAST);
         self.due = Instant::now().checked_add(pause);
         Ok(())

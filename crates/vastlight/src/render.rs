@@ -301,6 +301,7 @@ fn render_with(
         noise: request.noise,
         passes: sums.samples().len(),
         resumed_passes: outcome.resumed_passes,
+        resumed_samples: outcome.resumed_samples,
         ending: outcome.ending,
         samples: counters.samples,
         non_finite: counters.non_finite,

@@ -59,6 +59,7 @@ pub(crate) struct Outcome {
     /// What this run cost.
     pub(crate) cost: RenderStats,
     pub(crate) resumed_passes: u32,
+    pub(crate) resumed_samples: u64,
     pub(crate) ending: Ending,
     pub(crate) first_pass_ms: f64,
     pub(crate) render_ms: f64,
@@ -93,14 +94,15 @@ impl<'r, 'w> Run<'r, 'w> {
         let mut schedule = PassSchedule::new(self.request.wanted(), sums.samples().len());
         schedule.one_by_one = self.photons.is_some();
         schedule.looks = self.request.noise.is_some();
-        self.resumed.store(sums.blocks().samples(), Ordering::Relaxed);
         let mut outcome = Outcome {
             cost: RenderStats::default(),
             resumed_passes: sums.samples().len(),
+            resumed_samples: sums.blocks().samples(),
             ending: Ending::Complete,
             first_pass_ms: 0.0,
             render_ms: 0.0,
         };
+        self.resumed.store(outcome.resumed_samples, Ordering::Relaxed);
         while let Some(samples) = self.next_pass(&schedule, sums) {
             if !self.pass(sums, samples, &mut outcome.cost, &mut keeper)? {
                 break;

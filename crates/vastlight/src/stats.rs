@@ -195,8 +195,10 @@ pub struct Stats {
     pub noise: Option<f32>,
     /// Passes finished, of one sample a pixel each, resumed ones included.
     pub passes: u32,
-    /// Passes that a checkpoint brought.
+    /// Whole passes that a checkpoint brought.
     pub resumed_passes: u32,
+    /// Samples that a checkpoint brought, all pixels together.
+    pub resumed_samples: u64,
     /// How it ended.
     pub ending: Ending,
     /// Samples taken, all pixels together; these and the rays include what a checkpoint brought.
