@@ -28,6 +28,14 @@ thread_local! {
     static STREAM: Cell<Stream> = Cell::default();
 }
 
+/// The settings with a camera that stands still, if they have no keys for the scene's open shutter.
+fn with_keys(scene: &Scene, mut settings: RenderSettings) -> RenderSettings {
+    if let Some(shutter) = scene.shutter().filter(|_| settings.camera_keys.is_empty()) {
+        settings.camera_keys = vec![settings.camera.clone(); shutter.keys()];
+    }
+    settings
+}
+
 /// Some samples of the pixels of a tile.
 struct Part {
     tile: Tile,
@@ -57,11 +65,9 @@ impl<'a> Renderer<'a> {
         tracer: &'a Tracer,
         materials: &'a MaterialTable<'a>,
         lights: &'a Lights<'a>,
-        mut settings: RenderSettings,
+        settings: RenderSettings,
     ) -> Self {
-        if let Some(shutter) = scene.shutter().filter(|_| settings.camera_keys.is_empty()) {
-            settings.camera_keys = vec![settings.camera.clone(); shutter.keys()];
-        }
+        let settings = with_keys(scene, settings);
         let camera = CameraRays::new(&settings);
         let veils = VeilIndex::new(scene, materials);
         let placements = Placements::new(scene);
@@ -76,6 +82,7 @@ impl<'a> Renderer<'a> {
 
     /// Goes on with other settings: another camera, size or integrator of the same scene.
     pub fn use_settings(&mut self, settings: RenderSettings) {
+        let settings = with_keys(self.scene, settings);
         self.camera = CameraRays::new(&settings);
         self.settings = settings;
     }
