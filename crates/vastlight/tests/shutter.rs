@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use vastlight::math::{Affine3, Quat, Rng, Vec3};
 use vastlight::scene::{
-    Camera, Instance, Material, Mesh, MeshPose, Motion, Part, Pose, Projection, Scene, SceneDesc, SceneError,
+    Camera, Environment, Instance, Material, Mesh, MeshPose, Motion, Part, Pose, Projection, Scene,
+    SceneDesc, SceneError,
 };
 use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::PhotonSettings;
@@ -84,6 +85,8 @@ fn sliding(mover: Mover) -> SceneDesc {
         meshes: vec![square("square", 0, 2)],
         instances: vec![place(0, Affine3::from_translation(Vec3::X * LEFT))],
         materials: vec![Material::emitter("light", Vec3::ONE, true)],
+        // Without one, so small a lamp would get a sky.
+        environment: Some(Environment::Constant(Vec3::ZERO)),
         cameras: vec![camera(0.0)],
         motion: Some(Arc::new(Sliding(mover))),
         ..SceneDesc::default()
