@@ -132,7 +132,9 @@ fn mistakes_with_parts_are_one_line() {
 
 /// Starts, kills at some moment after the first checkpoint, resumes on another number of threads, and so on, to the bytes of one run.
 fn killed_again_and_again(w: &Workspace, arguments: &str, kills: u32, seed: u32) {
+    let start = Instant::now();
     done(w, &format!("{arguments} -o whole.exr"));
+    let whole = start.elapsed();
     let kept =
         format!("{arguments} --checkpoint c.vlc --checkpoint-every 1ms --resume --stats s.json -o out.exr");
     let mut survived = 0;
@@ -141,7 +143,8 @@ fn killed_again_and_again(w: &Workspace, arguments: &str, kills: u32, seed: u32)
         if kill == 0 {
             wait_for(w, "c.vlc");
         }
-        std::thread::sleep(Duration::from_millis(u64::from((seed + kill).wrapping_mul(2_654_435_761) % 400)));
+        // Anywhere in the first half of the work.
+        std::thread::sleep(whole * ((seed + kill).wrapping_mul(2_654_435_761) % 512) / 1024);
         survived += u32::from(child.try_wait().expect("asked").is_some());
         let _ = child.kill();
         child.wait().expect("ended");
