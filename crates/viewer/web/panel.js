@@ -122,6 +122,7 @@ export class Panel {
     this.camera = choice("Camera", [["", "Free"]], (name) => name && act.sceneCamera(name));
     this.fov = number("Angle of view", { min: 5, max: 120, step: 0.5, digits: 1, change: act.fov });
     this.speed = number("Flying speed", { min: 0.05, max: 5, step: 0.05, ...log, change: (speed) => remember("speed", speed) });
+    this.speed.show(recall("speed", act.speed()));
     this.place = facts();
     this.bookmarks = make("ul", { className: "bookmarks" });
     const cameraButtons = make("div", { className: "buttons" },
@@ -135,7 +136,7 @@ export class Panel {
     this.light = choice("Light", [], () => this.#showLight());
     this.lightScale = number("Brightness", { min: 0.01, max: 100, step: 0.01, ...log,
       change: (scale) => want({ do: "light", name: this.light.select.value, edit: { scale } }) });
-    this.lightRows = make("div", {}, this.light.root, this.lightScale.root);
+    this.lightRows = make("div", { className: "group" }, this.light.root, this.lightScale.root);
 
     this.integrator = choice("Integrator", [["path", "Path tracing"], ["direct", "Direct light"], ["ao", "Ambient occlusion"], ["primary", "First surface"]],
       (integrator) => this.#render({ integrator }));
