@@ -151,6 +151,7 @@ fn what_is_clicked_on_is_named() {
     let server = server(Some("demo:cornell"), 1);
     let mut page = Page::open(server.url());
     page.wait_until("scene", |scene| scene["phase"] == "ready");
+    page.send(&small());
     page.send(&json!({"do": "pick", "x": 0.5, "y": 0.95}));
     let picked = page.wait_for("picked");
     assert!(picked["material"]["name"].is_string() && picked["primitive"].is_u64(), "{picked}");
@@ -231,6 +232,7 @@ fn one_steers_another_watches_and_takes_over() {
     let server = server(Some("demo:cornell"), 1);
     let mut first = Page::open(server.url());
     let mut second = Page::open(server.url());
+    first.send(&small());
     second.wait_until("state", |state| state["viewers"] == 2);
     second.send(&json!({"do": "pause", "paused": true}));
     assert!(second.wait_for("error")["what"].as_str().is_some_and(|what| what.contains("steers")));
@@ -253,7 +255,8 @@ fn one_steers_another_watches_and_takes_over() {
 fn a_closed_tab_stops_the_work() {
     let server = server(Some("demo:cornell"), 60_000);
     let mut page = Page::open(server.url());
-    page.picture_until(|p| p.spp > 0);
+    page.send(&small());
+    page.picture_until(|p| p.spp > 0 && p.size == SMALL.map(|n| n as u16));
     drop(page);
     let rest = |server: &Server| {
         let before = server.rendered_samples();
