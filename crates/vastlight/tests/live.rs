@@ -17,7 +17,7 @@ fn session(source: &str) -> Session {
 
 fn request(session: &Session, spp: u32) -> RenderRequest {
     let camera = CameraChoice::default().resolve(&session.open().scene).expect("a camera");
-    let settings = RenderSettings { max_depth: 5, ..RenderSettings::new(camera, 90, 70) };
+    let settings = RenderSettings { max_depth: 5, ..RenderSettings::new(camera, 60, 48) };
     RenderRequest { aovs: vec![Aov::Normal, Aov::Object], ..RenderRequest::new(settings, spp) }
 }
 
@@ -40,7 +40,8 @@ fn in_pieces(session: &mut Session, request: &RenderRequest) -> LivePicture {
                     break;
                 }
                 pieces += 1;
-                let small = RenderSettings { width: 20, height: 10, ..request.settings.clone() };
+                let small =
+                    RenderSettings { width: 20, height: 10, caustics: None, ..request.settings.clone() };
                 let mut other = live.begin(RenderRequest::new(small, 1)).expect("begun");
                 assert!(live.advance(&mut other, 1, &|| false).expect("advanced"));
             }
@@ -134,7 +135,7 @@ fn what_is_picked_is_what_is_there() {
         .live(&request, |live| {
             let integrator = Integrator::Path;
             let settings = RenderSettings { integrator, ..request.settings.clone() };
-            let picked = live.pick(&settings, [45, 60]).expect("picked").expect("the floor");
+            let picked = live.pick(&settings, [30, 41]).expect("picked").expect("the floor");
             let above = RenderSettings {
                 camera: vastlight::scene::Camera::look_at("up", Vec3::splat(1e4), Vec3::splat(2e4), 0.5),
                 ..settings
