@@ -64,6 +64,27 @@ fn merged_parts_are_the_bytes_of_one_run() {
 }
 
 #[test]
+fn an_open_shutter_is_part_of_a_picture() {
+    let w = Workspace::new();
+    let at = |shutter: f32| {
+        format!(
+            "render demo:bodies --triangles 30000 --time 0.4 --shutter {shutter} -r 24x16 --spp 4 --device cpu"
+        )
+    };
+    done(&w, &format!("{} -o whole.exr", at(0.5)));
+    for (shutter, passes, name) in
+        [(0.5, "1-2", "a"), (0.5, "3-4", "b"), (0.25, "3-4", "c"), (0.0, "3-4", "d")]
+    {
+        done(&w, &format!("{} --passes {passes} -o {name}.vlc", at(shutter)));
+    }
+    done(&w, "merge a.vlc b.vlc -o merged.exr");
+    assert!(w.bytes("merged.exr") == w.bytes("whole.exr"));
+    for other in ["c", "d"] {
+        refused(&w, &format!("merge a.vlc {other}.vlc -o x.exr"), 3, "scene");
+    }
+}
+
+#[test]
 fn what_does_not_belong_together_is_refused_by_name() {
     let w = Workspace::new();
     let small = "render demo:cornell -r 24x16 --spp 8 --device cpu";
