@@ -151,7 +151,8 @@ fn mistakes_with_parts_are_one_line() {
     assert_eq!(w.files(), Vec::<String>::new());
 }
 
-/// Starts, kills at some moment after the first checkpoint, resumes on another number of threads, and so on, to the bytes of one run.
+/// Starts, kills after the first checkpoint, resumes on another number of threads, kills anywhere in the first half of the work, and so
+/// on, to the bytes of one run.
 fn killed_again_and_again(w: &Workspace, arguments: &str, kills: u32, seed: u32) {
     let start = Instant::now();
     done(w, &format!("{arguments} -o whole.exr"));
@@ -161,11 +162,10 @@ fn killed_again_and_again(w: &Workspace, arguments: &str, kills: u32, seed: u32)
     let mut survived = 0;
     for kill in 0..kills {
         let mut child = w.spawn(&format!("{kept} -t {}", 1 + kill % 3));
-        if kill == 0 {
-            wait_for(w, "c.vlc");
+        match kill {
+            0 => wait_for(w, "c.vlc"),
+            _ => std::thread::sleep(whole * ((seed + kill).wrapping_mul(2_654_435_761) % 512) / 1024),
         }
-        // Anywhere in the first half of the work.
-        std::thread::sleep(whole * ((seed + kill).wrapping_mul(2_654_435_761) % 512) / 1024);
         survived += u32::from(child.try_wait().expect("asked").is_some());
         let _ = child.kill();
         child.wait().expect("ended");
@@ -195,10 +195,10 @@ fn other_integrators_pages_and_noise_go_on_too() {
     let kills = if std::env::var_os("VASTLIGHT_SOAK").is_some() { 6 } else { 1 };
     done(&w, "pack demo:still-life -o s.vls -q");
     for arguments in [
-        "render s.vls -r 64x36 --spp 16 --memory 1GiB --device cpu",
-        "render demo:cornell -r 64x36 --spp 16 --integrator whitted --device cpu",
-        "render demo:caustic-sphere -r 64x36 --spp 4 --caustics photons --photons 4096 --device cpu",
-        "render demo:cornell -r 64x36 --spp 64 --noise 0.15 --device cpu",
+        "render s.vls -r 64x36 --spp 64 --memory 1GiB --device cpu",
+        "render demo:cornell -r 64x36 --spp 400 --integrator whitted --device cpu",
+        "render demo:caustic-sphere -r 64x36 --spp 12 --caustics photons --photons 4096 --device cpu",
+        "render demo:cornell -r 64x36 --spp 400 --noise 0.05 --device cpu",
     ] {
         killed_again_and_again(&w, arguments, kills, 7);
     }
