@@ -334,7 +334,9 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
         let [clusters, triangles] = ["clusters", "triangles"].map(|f| line[f].as_u64().expect("a count"));
         assert!((triangles / 20..triangles).contains(&clusters), "{line}");
     }
-    assert!(w.files().contains(&"c.png".to_owned()));
+    let by_color = w.bytes("c.png");
+    lines(&clusters.replace("--max-count 20", "--max-count 200"));
+    assert!(by_color != w.bytes("c.png"), "larger clusters are fewer colours");
     let still = w.run("bench clusters demo:cornell -f 0 -r 32x24");
     assert_eq!(still.code, 3, "{}", still.stderr);
     let path = line("bench path demo:cornell -r 16x16 --spp 2");

@@ -50,7 +50,7 @@ pub struct TracerConfig {
     /// Name of the builder of meshes that move; empty for `accel`.
     pub rebuild: String,
     /// Meshes that are rebuilt ([`UpdateMethod::Rebuild`]) get trees over such clusters, made when a mesh moves for the first time:
-    /// builds are 5 to 10 times faster, rays up to 15 % slower.
+    /// builds are some 3 to 10 times faster, rays up to 11 % slower (`docs/algorithms/moving-scenes.md`).
     pub clusters: Option<ClusterConfig>,
 }
 

@@ -116,7 +116,8 @@ mod tests {
         }
     }
 
-    fn check(bvh: &InstanceBvh, boxes: &[Aabb]) {
+    /// Checks the tree, and gives its levels.
+    fn check(bvh: &InstanceBvh, boxes: &[Aabb]) -> usize {
         let mut nodes: Vec<Node8> =
             (0..bvh.nodes.len()).filter_map(|i| Some(bvh.nodes.get(i)?.to_wide(i))).collect();
         let mut found = vec![false; nodes.len()];
@@ -127,7 +128,9 @@ mod tests {
         let leaf = |i: usize| Some(vec![(i as u32, *boxes.get(i)?)]);
         validate_nodes(&nodes, bvh.root, boxes.len(), Boxes::Rounded, leaf, |_, _| false).expect("sound");
         // Rays have room for so many levels.
-        assert!(bvh.root.map_or(0, |root| levels(&nodes, root)) <= bvh.levels);
+        let levels = bvh.root.map_or(0, |root| levels(&nodes, root));
+        assert!(levels <= bvh.levels);
+        levels
     }
 
     fn levels(nodes: &[Node8], root: ChildRef) -> usize {
@@ -146,6 +149,7 @@ mod tests {
             (2, vec![1]),
             (1, vec![0]),
             (40, (0..40).collect()),
+            (8, vec![0, 3, 6]),
             (300_000, vec![5, 150_000, 299_999]),
         ] {
             let mut now = boxes(count, &[], 0.0);
@@ -157,7 +161,8 @@ mod tests {
                 now = boxes(count, &movers, by);
                 let bounds = |i: u32| now[i as usize];
                 bvh.put_beside(&still, ("", &movers), bounds, &config).expect("built");
-                check(&bvh, &now);
+                let levels = check(&bvh, &now);
+                assert!(count > 8 || levels <= 1, "one node holds what stands still and what moves");
                 assert!(bvh.bytes() <= bytes + 256 * (movers.len() + 1), "no tree stays behind");
             }
             // Nobody moves any more.

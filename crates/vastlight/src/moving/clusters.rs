@@ -1,18 +1,16 @@
 //! Trees over precomputed clusters beside trees over all triangles, of a scene that moves.
 
-use super::{REPEATS, error, rays};
-use crate::{CameraChoice, Error};
+use super::error;
+use super::rays::{normal, rays, seen, traced};
+use crate::Error;
 use rayon::prelude::*;
 use std::sync::Arc;
 use vastlight_accel::ClusterConfig;
 use vastlight_accel::cluster::Heuristic;
 use vastlight_film::Picture;
-use vastlight_math::{Ray, Sampler, Vec3, rng};
+use vastlight_math::{Ray, Vec3, rng};
 use vastlight_scene::{Motion, Scene};
-use vastlight_trace::bench::trace;
-use vastlight_trace::sort::SortRays;
 use vastlight_trace::{Hit, Tracer, TracerConfig, UpdateMethod};
-use vastlight_transport::{CameraRays, RenderSettings};
 
 /// What to measure.
 #[derive(Clone, Debug)]
@@ -144,11 +142,9 @@ impl Sides {
             }
         }
         let rays = rays(&self.all[0].scene, &self.all[0].tracer, size)?;
-        let figures =
-            self.all.each_ref().map(|side| trace(&side.tracer, &rays, false, SortRays::Auto, REPEATS));
-        let trace_ms = figures.each_ref().map(|figures| rays.len() as f64 / figures.mrays_per_s / 1e3);
-        let [first, others @ ..] = figures.map(|figures| (figures.hits, figures.sum_t.to_bits()));
-        self.same_hits &= others.iter().all(|other| *other == first);
+        let traced = self.all.each_ref().map(|side| traced(&side.tracer, &rays));
+        self.same_hits &= traced.iter().all(|side| side.answer == traced[0].answer);
+        let trace_ms = traced.map(|side| side.ms);
         self.moments.push(ClusterMoment { build_ms, trace_ms });
         Ok(())
     }
@@ -179,30 +175,23 @@ impl Side {
 
     /// What the camera sees, each cluster in a colour of its own, lit from the camera.
     fn picture(&self, [width, height]: [u32; 2]) -> Result<Picture, Error> {
-        let settings = RenderSettings::new(CameraChoice::default().resolve(&self.scene)?, width, height);
-        let camera = CameraRays::new(&settings);
-        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-        let rays: Vec<Ray> =
-            pixels.map(|pixel| camera.ray(pixel, camera.draw(Sampler::new(pixel, 0, 0)))).collect();
-        let mut hits = vec![Hit::MISS; rays.len()];
-        self.tracer.closest_parallel(&rays, &mut hits);
-        let color = |(ray, hit): (&Ray, &Hit)| if hit.is_hit() { self.color(ray, hit) } else { Vec3::ONE };
+        let (rays, hits) = seen(&self.scene, &self.tracer, [width, height])?;
+        let color = |(ray, hit)| self.color(ray, hit).unwrap_or(Vec3::ONE);
         let pixels: Vec<Vec3> = rays.par_iter().zip(&hits).map(color).collect();
         let plane = |axis: usize| pixels.iter().map(|color| color[axis]).collect();
         Ok(Picture::from_rgb(width, height, [plane(0), plane(1), plane(2)]))
     }
 
-    fn color(&self, ray: &Ray, hit: &Hit) -> Vec3 {
-        let instances = self.scene.instances();
-        let mesh = instances.mesh(hit.instance as usize);
+    /// The colour of what a ray meets; none where it meets nothing.
+    fn color(&self, ray: &Ray, hit: &Hit) -> Option<Vec3> {
+        let normal = normal(&self.scene, ray, hit)?;
+        let mesh = self.scene.instances().mesh(hit.instance as usize);
         let clusters = self.tracer.clusters(mesh);
         let cluster = clusters.and_then(|clusters| clusters.of_triangle().get(hit.prim as usize));
-        let hue = |axis: u32| 0.15 + 0.8 * rng::hash_to_unit(&[mesh, *cluster.unwrap_or(&u32::MAX), axis]);
-        let color = cluster.map_or(Vec3::splat(0.5), |_| Vec3::from([0, 1, 2].map(hue)));
-        let map = &instances.maps()[hit.instance as usize];
-        let corners = self.scene.meshes()[mesh as usize].corners(hit.prim);
-        let [a, b, c] = corners.map(|p| map.transform_point3(p));
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        color * (0.25 + 0.75 * normal.dot(ray.direction.normalize()).abs())
+        let hue = |&cluster: &u32| {
+            Vec3::from([0, 1, 2].map(|axis| 0.15 + 0.8 * rng::hash_to_unit(&[mesh, cluster, axis])))
+        };
+        let light = 0.25 - 0.75 * normal.dot(ray.direction.normalize());
+        Some(cluster.map_or(Vec3::splat(0.5), hue) * light)
     }
 }

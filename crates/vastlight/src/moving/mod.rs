@@ -2,19 +2,18 @@
 //! over fresh ones.
 
 mod clusters;
+mod rays;
 
-use crate::{CameraChoice, Error, ErrorClass};
-use rayon::prelude::*;
+use crate::{Error, ErrorClass};
+use rays::{Traced, traced};
 use std::time::Instant;
 use vastlight_accel::build::NAMES;
-use vastlight_math::{Frame, Ray, Sampler, Vec2, Vec3, rng, warp};
+use vastlight_math::Ray;
 use vastlight_scene::Scene;
-use vastlight_trace::bench::trace;
-use vastlight_trace::sort::SortRays;
-use vastlight_trace::{Hit, TraceError, Tracer, TracerConfig, UpdateMethod};
-use vastlight_transport::{CameraRays, RenderSettings};
+use vastlight_trace::{TraceError, Tracer, TracerConfig, UpdateMethod};
 
 pub use clusters::{ClusterFigures, ClusterMoment, ClusterRequest, measure_clusters};
+pub(crate) use rays::rays;
 
 /// What to measure.
 #[derive(Clone, Debug)]
@@ -66,8 +65,6 @@ pub struct MovingFigures {
 const BUILDERS: [&str; 5] = [NAMES[0], "grid-sah", "hlbvh2", "hlbvh2-binned", "ploc"];
 /// Rays may take so much longer than over the best structure.
 const SLOWER: f64 = 1.05;
-/// Times that rays are traced; the best counts.
-const REPEATS: u32 = 2;
 
 /// Follows a scene that moves by each method, and gives the figures of every moment.
 ///
@@ -100,8 +97,7 @@ pub fn measure_moving(
                 Some(fresh) => fresh,
                 none => none.insert(Fresh::new(scene, &builder, request.size)?),
             };
-            let figures = trace(tracer, &fresh.rays, false, SortRays::Auto, REPEATS);
-            let trace_ms = fresh.rays.len() as f64 / figures.mrays_per_s / 1e3;
+            let Traced { ms: trace_ms, answer } = traced(tracer, &fresh.rays);
             tracer.expect_tracing(trace_ms * request.rays_per_frame / fresh.rays.len().max(1) as f64);
             each(&MovingFigures {
                 method: *method,
@@ -112,11 +108,11 @@ pub fn measure_moving(
                 update_ms: report.ms - report.scene_ms,
                 scene_ms: report.scene_ms,
                 trace_ms,
-                fresh_trace_ms: fresh.trace_ms,
+                fresh_trace_ms: fresh.traced.ms,
                 changed: report.meshes.first().map_or([0.0; 2], |mesh| [mesh.rebuilt, mesh.migrated]),
                 moved: [report.change.meshes.len(), report.change.instances.len()],
                 rays: fresh.rays.len(),
-                same_hits: (figures.hits, figures.sum_t.to_bits()) == fresh.answer,
+                same_hits: answer == fresh.traced.answer,
             });
         }
     }
@@ -126,9 +122,8 @@ pub fn measure_moving(
 /// A structure that was built for a moment, and rays through it.
 struct Fresh {
     ms: f64,
-    trace_ms: f64,
     rays: Vec<Ray>,
-    answer: (u64, u64),
+    traced: Traced,
 }
 
 impl Fresh {
@@ -140,9 +135,7 @@ impl Fresh {
         let tracer = Tracer::new(scene, &config).map_err(error)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         let rays = rays(scene, &tracer, size)?;
-        let figures = trace(&tracer, &rays, false, SortRays::Auto, REPEATS);
-        let answer = (figures.hits, figures.sum_t.to_bits());
-        Ok(Self { ms, trace_ms: rays.len() as f64 / figures.mrays_per_s / 1e3, rays, answer })
+        Ok(Self { ms, traced: traced(&tracer, &rays), rays })
     }
 }
 
@@ -150,36 +143,9 @@ impl Fresh {
 fn fastest_builder(scene: &Scene, request: &MovingRequest) -> Result<&'static str, Error> {
     let fresh = |name| Ok((name, Fresh::new(scene, name, request.size)?));
     let all = BUILDERS.into_iter().map(fresh).collect::<Result<Vec<(&str, Fresh)>, Error>>()?;
-    let best = all.iter().map(|(_, fresh)| fresh.trace_ms).fold(f64::INFINITY, f64::min);
-    let good = all.iter().filter(|(_, fresh)| fresh.trace_ms <= SLOWER * best);
+    let best = all.iter().map(|(_, fresh)| fresh.traced.ms).fold(f64::INFINITY, f64::min);
+    let good = all.iter().filter(|(_, fresh)| fresh.traced.ms <= SLOWER * best);
     Ok(good.min_by(|a, b| a.1.ms.total_cmp(&b.1.ms)).map_or(BUILDERS[0], |(name, _)| *name))
-}
-
-/// Rays of the scene's first camera, and rays that bounce from what they hit, spread by the cosine.
-pub(crate) fn rays(scene: &Scene, tracer: &Tracer, [width, height]: [u32; 2]) -> Result<Vec<Ray>, Error> {
-    let settings = RenderSettings::new(CameraChoice::default().resolve(scene)?, width, height);
-    let camera = CameraRays::new(&settings);
-    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-    let mut rays: Vec<Ray> =
-        pixels.map(|pixel| camera.ray(pixel, camera.draw(Sampler::new(pixel, 0, 0)))).collect();
-    let mut hits = vec![Hit::MISS; rays.len()];
-    tracer.closest_parallel(&rays, &mut hits);
-    let bounced = |(i, (ray, hit)): (usize, (&Ray, &Hit))| {
-        let map = scene.instances().maps().get(hit.instance as usize).filter(|_| hit.is_hit())?;
-        let mesh = &scene.meshes()[scene.instances().mesh(hit.instance as usize) as usize];
-        let [a, b, c] = mesh.corners(hit.prim).map(|p| map.transform_point3(p));
-        let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
-        let normal = if normal.dot(ray.direction) > 0.0 { -normal } else { normal };
-        let unit = |dimension| rng::hash_to_unit(&[i as u32, dimension]);
-        let local = warp::cosine_hemisphere(Vec2::new(unit(0), unit(1)));
-        let frame = Frame::from_z(normal);
-        let direction = frame.x * local.x + frame.y * local.y + frame.z * local.z;
-        let origin = ray.origin + ray.direction * hit.t;
-        Some(Ray::new(origin + normal * (1e-4 * hit.t), direction))
-    };
-    let more: Vec<Ray> = rays.par_iter().zip(&hits).enumerate().filter_map(bounced).collect();
-    rays.extend(more);
-    Ok(rays)
 }
 
 pub(crate) fn error(error: TraceError) -> Error {

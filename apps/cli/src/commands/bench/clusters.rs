@@ -1,9 +1,10 @@
 //! `vastlight bench clusters SEQUENCE`.
 
-use crate::arguments::{Common, SceneArguments};
+use super::sequence::Sequence;
+use crate::arguments::Common;
 use crate::exit::Exit;
 use crate::output::PictureFile;
-use crate::values::{self, Frames, Resolution};
+use crate::values;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -15,22 +16,13 @@ use vastlight::{ClusterFigures, ClusterMoment, ClusterRequest, Error, measure_cl
 #[derive(Args, Debug)]
 pub(crate) struct Clusters {
     #[command(flatten)]
-    scene: SceneArguments,
+    sequence: Sequence,
     /// What clusters should look like: acc (discs or balls), naive (full boxes), error (flat discs)
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "acc", value_parser = values::heuristic)]
     heuristic: Vec<Heuristic>,
     /// Most vertices of a cluster, and its largest size
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [10, 50, 100, 200], value_parser = clap::value_parser!(u32).range(1..))]
     max_count: Vec<u32>,
-    /// Frames
-    #[arg(short, long, value_name = "A-BxS", default_value = "0-71x12", value_parser = values::frames)]
-    frames: Frames,
-    /// Frames a second
-    #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = values::positive)]
-    fps: f32,
-    /// Columns and rows of the camera's rays
-    #[arg(short, long, value_name = "SIZE", default_value = "640x480", value_parser = values::resolution)]
-    resolution: Resolution,
     /// Builder on both sides
     #[arg(long, value_name = "NAME", default_value = "")]
     accel: String,
@@ -44,12 +36,12 @@ pub(crate) fn run(arguments: &Clusters, common: &Common) -> Result<Exit, Error> 
     if let Some(output) = &output {
         output.refuse_sums("the picture of clusters is no sum")?;
     }
-    let scene = arguments.scene.load(common)?;
+    let scene = arguments.sequence.scene.load(common)?;
     let request = ClusterRequest {
         heuristics: arguments.heuristic.clone(),
         max_counts: arguments.max_count.clone(),
-        times: arguments.frames.iter().map(|frame| values::moment(frame, arguments.fps)).collect(),
-        size: arguments.resolution.size(None).into(),
+        times: arguments.sequence.times(),
+        size: arguments.sequence.size(),
         accel: arguments.accel.clone(),
     };
     let picture = measure_clusters(&scene, &request, |figures| {
@@ -66,7 +58,7 @@ fn line(arguments: &Clusters, figures: &ClusterFigures) -> serde_json::Value {
     let of_frames = |of: fn(&ClusterMoment) -> f64| figures.moments.iter().map(of).collect::<Vec<_>>();
     json!({
         "bench": "clusters",
-        "sequence": arguments.scene.shown(),
+        "sequence": arguments.sequence.scene.shown(),
         "heuristic": figures.config.heuristic.name(),
         "accel": arguments.accel,
         "max_count": figures.config.max_count,

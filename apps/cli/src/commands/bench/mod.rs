@@ -7,6 +7,7 @@ mod clusters;
 mod kdtree;
 mod ooc;
 mod path;
+mod sequence;
 mod shutter;
 mod sort;
 mod texture;

@@ -1,8 +1,9 @@
 //! `vastlight bench update SEQUENCE` and `vastlight bench animate SEQUENCE`.
 
+use super::sequence::Sequence;
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
-use crate::values::{self, Frames, Resolution};
+use crate::values;
 use clap::Args;
 use serde_json::json;
 use vastlight::trace::UpdateMethod;
@@ -12,46 +13,38 @@ use vastlight::{Error, MovingFigures, MovingRequest, measure_moving};
 #[derive(Args, Debug)]
 pub(crate) struct Update {
     #[command(flatten)]
-    sequence: Sequence,
+    following: Following,
 }
 
 /// Follow a scene that moves by several methods: update and tracing together, over all frames
 #[derive(Args, Debug)]
 pub(crate) struct Animate {
     #[command(flatten)]
-    sequence: Sequence,
+    following: Following,
     /// Rays of a frame, in millions
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1.0, 10.0, 100.0], value_parser = values::positive)]
     rays: Vec<f32>,
 }
 
+/// How a sequence is followed.
 #[derive(Args, Debug)]
-struct Sequence {
+struct Following {
     #[command(flatten)]
-    scene: SceneArguments,
+    sequence: Sequence,
     /// Methods: clustered, refit, rotate, rebuild, auto
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values = UpdateMethod::ALL.map(UpdateMethod::name), value_parser = values::update_method)]
     method: Vec<UpdateMethod>,
-    /// Frames
-    #[arg(short, long, value_name = "A-BxS", default_value = "0-71", value_parser = values::frames)]
-    frames: Frames,
-    /// Frames a second
-    #[arg(long, value_name = "N", default_value_t = 24.0, value_parser = values::positive)]
-    fps: f32,
-    /// Columns and rows of the camera's rays
-    #[arg(short, long, value_name = "SIZE", default_value = "640x480", value_parser = values::resolution)]
-    resolution: Resolution,
     /// Builder of fresh trees [default: the fastest whose rays are within 5 % of the best]
     #[arg(long, value_name = "NAME", default_value = "")]
     accel: String,
 }
 
-impl Sequence {
+impl Following {
     fn request(&self, rays_per_frame: f64) -> MovingRequest {
         MovingRequest {
             methods: self.method.clone(),
-            times: self.frames.iter().map(|frame| values::moment(frame, self.fps)).collect(),
-            size: self.resolution.size(None).into(),
+            times: self.sequence.times(),
+            size: self.sequence.size(),
             rays_per_frame,
             rebuild: self.accel.clone(),
         }
@@ -59,14 +52,14 @@ impl Sequence {
 }
 
 pub(crate) fn update(arguments: &Update, common: &Common) -> Result<Exit, Error> {
-    let sequence = &arguments.sequence;
+    let Following { sequence, method: methods, .. } = &arguments.following;
     let scene = sequence.scene.load(common)?;
     let mut all = Vec::new();
-    measure_moving(&scene, &sequence.request(1e6), |figures| {
+    measure_moving(&scene, &arguments.following.request(1e6), |figures| {
         println!("{}", line(&sequence.scene, figures));
         all.push(figures.clone());
     })?;
-    for &method in &sequence.method {
+    for &method in methods {
         let of_method: Vec<_> = all.iter().filter(|f| f.method == method).collect();
         let mean = |value: fn(&MovingFigures) -> f64| {
             of_method.iter().map(|f| value(f)).sum::<f64>() / of_method.len().max(1) as f64
@@ -112,12 +105,12 @@ fn line(scene: &SceneArguments, figures: &MovingFigures) -> serde_json::Value {
 }
 
 pub(crate) fn animate(arguments: &Animate, common: &Common) -> Result<Exit, Error> {
-    let sequence = &arguments.sequence;
+    let sequence = &arguments.following.sequence;
     let scene = sequence.scene.load(common)?;
     for millions in &arguments.rays {
         let rays = f64::from(*millions) * 1e6;
         let mut sums: Vec<(UpdateMethod, f64, f64)> = Vec::new();
-        measure_moving(&scene, &sequence.request(rays), |figures| {
+        measure_moving(&scene, &arguments.following.request(rays), |figures| {
             let trace_ms = figures.trace_ms * rays / figures.rays.max(1) as f64;
             match sums.iter_mut().find(|sum| sum.0 == figures.method) {
                 Some(sum) => (sum.1, sum.2) = (sum.1 + figures.update_ms, sum.2 + trace_ms),
@@ -135,7 +128,7 @@ pub(crate) fn animate(arguments: &Animate, common: &Common) -> Result<Exit, Erro
                 "update_ms": update_ms,
                 "trace_ms": trace_ms,
                 "against_best": (update_ms + trace_ms) / best,
-                "frames": sequence.frames.iter().count(),
+                "frames": sequence.times().len(),
             });
             println!("{line}");
         }
