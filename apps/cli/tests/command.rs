@@ -316,6 +316,7 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
     for line in &update {
         fields.split(' ').for_each(|f| assert!(!line[f].is_null(), "{f}: {line}"));
         assert_eq!(line["same_hits"], true, "{line}");
+        assert!(line["frame"].is_null() || line["rays"].as_u64() > Some(32 * 24), "rays bounce: {line}");
     }
     let animate = lines(&format!("bench animate {moving} --rays 1,10"));
     assert_eq!(animate.len(), 2 * 2);
@@ -337,8 +338,10 @@ fn benches_print_one_json_line_with_the_agreed_fields() {
     let by_color = w.bytes("c.png");
     lines(&clusters.replace("--max-count 20", "--max-count 200"));
     assert!(by_color != w.bytes("c.png"), "larger clusters are fewer colours");
-    let still = w.run("bench clusters demo:cornell -f 0 -r 32x24");
-    assert_eq!(still.code, 3, "{}", still.stderr);
+    for still in ["cornell", "traffic"] {
+        let outcome = w.run(&format!("bench clusters demo:{still} -f 0 -r 32x24 --max-count 50"));
+        assert_eq!(outcome.code, 3, "{still}: {}", outcome.stderr);
+    }
     let path = line("bench path demo:cornell -r 16x16 --spp 2");
     let fields = "bench device msamples_per_s first_image_ms";
     fields.split(' ').for_each(|f| assert!(!path[f].is_null(), "{f}: {path}"));

@@ -410,6 +410,22 @@ mod tests {
     }
 
     #[test]
+    fn steady_losses_end_in_a_build_at_the_best_moment() {
+        let mut plan = UpdatePlan::new(100.0, 20.0);
+        for fresh in [20.0, 50.0] {
+            plan.period = LONGEST_PERIOD;
+            // The loss of moment n, n, is first larger than the mean of so many moments, (100 + n (n + 1) / 2) / n.
+            let decay = |n: u32| 1.0 + 0.01 * f64::from(n);
+            for n in 1..=15 {
+                assert_ne!(plan.choose(), UpdateMethod::Rebuild, "{n}");
+                plan.updated(plan.ways[plan.way].method, 1.0, fresh * decay(n), 100.0 * decay(n - 1));
+            }
+            assert_eq!(plan.choose(), UpdateMethod::Rebuild);
+            plan.built(100.0, [fresh * decay(15), 50.0], 100.0);
+        }
+    }
+
+    #[test]
     fn what_bursts_after_a_long_rest_is_noticed() {
         for trace in [10.0, 60.0, 600.0] {
             for burst in [20, 75, 140] {
