@@ -1,6 +1,7 @@
 //! What moves in a scene, as a function of time.
 
 use crate::{Camera, Mesh, SceneDesc, SceneError, is_usable};
+use std::collections::BTreeSet;
 use std::fmt::Debug;
 use std::sync::Arc;
 use vastlight_math::{Affine3, Vec3, Vec4};
@@ -67,7 +68,7 @@ struct Renumbered {
     numbers: Vec<[u32; 2]>,
 }
 
-/// The movement where instances have other numbers: see [`MotionRecord::numbers`].
+/// The movement where those of its instances that move have other numbers: see [`MotionRecord::numbers`].
 #[must_use]
 pub fn renumbered(motion: Arc<dyn Motion>, mut numbers: Vec<[u32; 2]>) -> Arc<dyn Motion> {
     numbers.retain(|[old, new]| old != new);
@@ -95,16 +96,10 @@ impl Motion for Renumbered {
 
     fn record(&self) -> Option<MotionRecord> {
         let mut record = self.motion.record()?;
-        if record.numbers.is_empty() {
-            record.numbers.clone_from(&self.numbers);
-            return Some(record);
-        }
-        // Numbers that only one of both changes are rare: all that move are looked up.
-        let moved = self.motion.pose(0.0).ok()?.instances;
-        let before: std::collections::BTreeMap<u32, u32> =
-            record.numbers.iter().map(|&[old, new]| (new, old)).collect();
-        let pair = |&(middle, _): &(u32, _)| [*before.get(&middle).unwrap_or(&middle), self.number(middle)];
-        record.numbers = moved.iter().map(pair).collect();
+        // Those that were changed before, and those that only this changes.
+        let before: BTreeSet<u32> = record.numbers.iter().map(|pair| pair[1]).collect();
+        record.numbers.iter_mut().for_each(|pair| pair[1] = self.number(pair[1]));
+        record.numbers.extend(self.numbers.iter().filter(|pair| !before.contains(&pair[0])));
         record.numbers.sort_unstable();
         Some(record)
     }
@@ -355,6 +350,41 @@ mod tests {
             pose.instances = vec![(2, grown)];
             Ok(pose)
         }
+    }
+
+    /// Three of five instances, which numbers say.
+    #[derive(Debug)]
+    struct Numbered([u32; 3]);
+
+    impl Motion for Numbered {
+        fn duration(&self) -> f32 {
+            1.0
+        }
+
+        fn pose(&self, _: f32) -> Result<Pose, SceneError> {
+            let instances = self.0.map(|number| (number, Affine3::IDENTITY)).to_vec();
+            Ok(Pose { instances, ..Pose::default() })
+        }
+
+        fn record(&self) -> Option<MotionRecord> {
+            MotionRecord::new("numbered", &self.0)
+        }
+    }
+
+    #[test]
+    fn numbers_that_change_twice_come_back_from_a_record() {
+        let start: Arc<dyn Motion> = Arc::new(Numbered([0, 1, 4]));
+        // One is changed twice, one at first, one at last, where another has been before.
+        let once = renumbered(Arc::clone(&start), vec![[1, 2], [0, 3], [4, 4]]);
+        let twice = renumbered(once, vec![[3, 1], [4, 3]]);
+        let numbers = |motion: &Arc<dyn Motion>| -> Vec<u32> {
+            motion.pose(0.0).expect("a moment").instances.iter().map(|i| i.0).collect()
+        };
+        assert_eq!(numbers(&twice), [1, 2, 3]);
+        let record = twice.record().expect("kept");
+        assert_eq!(record.numbers, [[0, 1], [1, 2], [4, 3]]);
+        let read = Arc::new(Numbered(record.read().expect("sound")));
+        assert_eq!(numbers(&renumbered(read, record.numbers)), numbers(&twice));
     }
 
     #[test]

@@ -330,13 +330,12 @@ impl<'c> Packing<'c> {
     }
 
     /// Adds a mesh whose vertices move, as it was described: it is prepared at each moment.
-    fn add_deforming(&mut self, piece: Piece) -> Result<(), Error> {
-        self.budget.check_whole(piece.mesh.triangles.len() as u64, &piece.mesh.name)?;
-        let mut prepared = piece.mesh.clone();
-        let found = self.preparation.prepare(&mut prepared)?;
-        let triangles = prepared.triangles.len() as u64;
-        self.writer.add_deforming(MeshExtent { bounds: prepared.bounds(), triangles });
+    fn add_deforming(&mut self, mut piece: Piece) -> Result<(), Error> {
+        let triangles = piece.mesh.triangles.len() as u64;
+        self.budget.check_whole(triangles, &piece.mesh.name)?;
         let mesh = piece.mesh.clone();
+        let found = self.preparation.prepare(&mut piece.mesh)?;
+        self.writer.add_deforming(MeshExtent { bounds: piece.mesh.bounds(), triangles });
         let kept = Kept { mesh, ..self.kept(piece, found) };
         self.note(Step::Meshes(vec![kept]))
     }

@@ -115,6 +115,31 @@ pub(crate) fn caches(
     }
 }
 
+/// Caches over the pages of a store, and what they were made for: how the scene is paged, the bytes of the picture, and threads.
+pub(crate) type KeptCaches = ((PagingRequest, u64, usize), Caches);
+
+/// The caches of a request: those that are there, if they were made for such a request, or new ones.
+pub(crate) fn kept_caches<'k>(
+    kept: &'k mut Option<KeptCaches>,
+    open: &OpenScene,
+    request: &RenderRequest,
+    most_tiles: usize,
+) -> Result<Option<&'k Caches>, Error> {
+    let Some(stored) = &open.stored else { return Ok(None) };
+    let asked = (request.paging, picture_bytes(request), rayon::current_num_threads());
+    let known = kept.take().filter(|(made_for, _)| *made_for == asked);
+    let new = || caches((stored, open.triangles_beside_pages()), request, most_tiles);
+    let caches = known.map_or_else(new, |(_, caches)| Ok(caches))?;
+    Ok(Some(&kept.insert((asked, caches)).1))
+}
+
+/// Bytes of what a picture is made in.
+fn picture_bytes(request: &RenderRequest) -> u64 {
+    let pixels = request.settings.region().pixels();
+    let squares = if request.noise.is_some() { FilmTile::SQUARES_BYTES as u64 } else { 0 };
+    film_bytes(pixels, &request.aovs) + pixels * squares + photon_bytes(&request.settings)
+}
+
 /// Refuses a picture for which there is no room, before meshes of `beside` triangles that are in memory get their structures.
 pub(crate) fn check((stored, beside): (&StoredPages, u64), request: &RenderRequest) -> Result<(), Error> {
     let to_come = structure_bytes(beside) + moving_bytes(beside);
@@ -189,10 +214,7 @@ impl<'s> Kinds<'s> {
 
     /// What a request's memory leaves for the caches.
     fn room(&self, request: &RenderRequest) -> Result<u64, Error> {
-        let pixels = request.settings.region().pixels();
-        let squares = if request.noise.is_some() { FilmTile::SQUARES_BYTES as u64 } else { 0 };
-        let film = film_bytes(pixels, &request.aovs) + pixels * squares;
-        let fixed = self.fixed_bytes(film + photon_bytes(&request.settings), &request.paging);
+        let fixed = self.fixed_bytes(picture_bytes(request), &request.paging);
         let all = [Some(&self.geometry), Some(&self.attributes), self.tiles.as_ref()];
         let least: u64 = all.iter().flatten().map(|pages| pages.least()).sum();
         let budget = budget_bytes(request.paging.memory);

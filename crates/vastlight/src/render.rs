@@ -3,7 +3,7 @@
 use crate::checkpoint::{Checkpoint, restore};
 use crate::device::{Device, DeviceRequest, Tiles, Worker, structures};
 use crate::ids::Ids;
-use crate::paged::PagingRequest;
+use crate::paged::{KeptCaches, PagingRequest, kept_caches};
 use crate::recipe::recipe;
 use crate::run::Run;
 use crate::session::{Kept, kept_tracer};
@@ -199,13 +199,15 @@ pub(crate) fn render_keeping(
         }
         Err(error) => return Err(error),
     };
-    let tracer = &mut kept.tracer;
-    let mut rendered = match &open.stored {
-        None => render_with(open, request, control, tracer, None),
-        Some(_) => {
-            paged::pool(&request.paging)?.install(|| render_with(open, request, control, tracer, None))
-        }
-    }?;
+    let parts = (&mut kept.tracer, &mut kept.caches);
+    let rendered = match &open.stored {
+        None => render_with(open, request, control, parts, None),
+        Some(_) => paged::pool(&request.paging)?.install(|| render_with(open, request, control, parts, None)),
+    };
+    if rendered.is_err() {
+        kept.caches = None;
+    }
+    let mut rendered = rendered?;
     rendered.stats.fallback = fallback;
     Ok(rendered)
 }
@@ -230,12 +232,12 @@ fn on_graphics_processor(
     if kept.executor.is_none() {
         kept.executor = request.device.open()?;
     }
-    let Kept { tracer, executor: Some(executor), .. } = kept else { return Ok(None) };
+    let Kept { tracer, executor: Some(executor), caches } = kept else { return Ok(None) };
     let request = RenderRequest { tracer: structures(request), ..request.clone() };
-    let rendered = render_with(open, &request, control, tracer, Some(executor));
+    let rendered = render_with(open, &request, control, (tracer, caches), Some(executor));
     if rendered.is_err() {
         // A device that failed once is not trusted again.
-        kept.executor = None;
+        (kept.executor, kept.caches) = (None, None);
     }
     rendered.map(Some)
 }
@@ -244,24 +246,21 @@ fn render_with(
     open: &OpenScene,
     request: &RenderRequest,
     control: &Control<'_>,
-    kept: &mut Option<(TracerConfig, Tracer)>,
+    (tracer, caches): (&mut Option<(TracerConfig, Tracer)>, &mut Option<KeptCaches>),
     executor: Option<&mut Executor>,
 ) -> Result<Rendered, Error> {
     request.check()?;
     let start = Instant::now();
     let scene = &open.scene;
-    let tracer = kept_tracer(kept, open, request)?;
+    let tracer = kept_tracer(tracer, open, request)?;
     let build_ms = millis(start.elapsed());
     let prepare_start = Instant::now();
     let materials = open.materials();
     let lights = Lights::new(scene, &materials);
     let renderer = Renderer::new(scene, tracer, &materials, &lights, request.settings.clone());
-    let caches = open
-        .stored
-        .as_ref()
-        .map(|stored| paged::caches((stored, open.triangles_beside_pages()), request, materials.most_tiles()))
-        .transpose()?;
-    let renderer = match (&open.stored, &caches) {
+    let caches = kept_caches(caches, open, request, materials.most_tiles())?;
+    let paging_before = caches.map(PagingStats::new);
+    let renderer = match (&open.stored, caches) {
         (Some(stored), Some(caches)) => renderer.with_pages(paged::through(stored, caches, &request.paging)),
         _ => renderer,
     };
@@ -280,7 +279,7 @@ fn render_with(
     let mut sums = begin(open, request, adapter.as_deref(), settings, &ids)?;
     let deadline = request.time_limit.and_then(|limit| start.checked_add(limit));
     let store_bytes = open.stored.as_ref().and_then(|stored| stored.source.bytes().ok()).unwrap_or(0);
-    let residency = || caches.as_ref().map(|caches| Residency::new(caches, store_bytes));
+    let residency = || caches.map(|caches| Residency::new(caches, store_bytes));
     let progress = |p: &Progress| (control.progress)(&Progress { residency: residency(), ..*p });
     let watched = Control { progress: &progress, ..*control };
     let outcome = Run::new(&worker, &ids, request, &watched, deadline)?.all_passes(&mut sums)?;
@@ -314,7 +313,7 @@ fn render_with(
         msamples_per_s: outcome.cost.samples as f64 / (outcome.render_ms * 1e3).max(1e-9),
         structure_bytes: tracer.report().bytes,
         peak_rss_bytes: peak_rss_bytes(),
-        paging: caches.as_ref().map(PagingStats::new),
+        paging: caches.zip(paging_before).map(|(caches, before)| PagingStats::new(caches).since(&before)),
         gpu_paging: worker.gpu_paging(),
     };
     Ok(Rendered { sums, stats })

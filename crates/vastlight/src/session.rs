@@ -3,6 +3,7 @@
 
 use crate::live::{Live, LiveParts};
 use crate::open::check_looks;
+use crate::paged::{KeptCaches, kept_caches};
 use crate::render::{render_keeping, tracer_of};
 use crate::{
     Control, Error, ErrorClass, Exposure, LoadOptions, OpenScene, Overrides, RenderRequest, Rendered, open,
@@ -12,7 +13,6 @@ use std::time::Instant;
 use vastlight_gpu::Executor;
 use vastlight_import::Limits;
 use vastlight_scene::{Environment, Light, Material, SceneDesc, generate};
-use vastlight_trace::paged::Caches;
 use vastlight_trace::{PoseError, PoseReport, Tracer, TracerConfig};
 
 /// What one picture leaves for the next of the same scene.
@@ -21,8 +21,7 @@ pub(crate) struct Kept {
     /// The structures, and how they were asked for.
     pub(crate) tracer: Option<(TracerConfig, Tracer)>,
     pub(crate) executor: Option<Executor>,
-    /// Caches over the pages of a store, of live pictures.
-    pub(crate) caches: Option<Caches>,
+    pub(crate) caches: Option<KeptCaches>,
 }
 
 /// What a scene looked like when it was opened.
@@ -198,11 +197,8 @@ impl Session {
         let tracer = kept_tracer(tracer, open, request)?;
         let build = start.elapsed();
         let materials = open.materials();
-        if let (Some(stored), None) = (&open.stored, &caches) {
-            let beside = open.triangles_beside_pages();
-            *caches = Some(paged::caches((stored, beside), request, materials.most_tiles())?);
-        }
-        let parts = LiveParts { open, tracer, materials: &materials, caches: caches.as_ref() };
+        let caches = kept_caches(caches, open, request, materials.most_tiles())?;
+        let parts = LiveParts { open, tracer, materials: &materials, caches };
         parts.with_live(request, (start, build), body)
     }
 

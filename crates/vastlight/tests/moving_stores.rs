@@ -9,8 +9,8 @@ use vastlight::film::Picture;
 use vastlight::store::PackConfig;
 use vastlight::trace::UpdateMethod;
 use vastlight::{
-    Control, Error, ErrorClass, LoadOptions, OpenScene, PackControl, Session, cached_store, load, open,
-    pack_input, pack_within,
+    Control, Error, ErrorClass, LoadOptions, OpenScene, PackControl, RenderRequest, Session, cached_store,
+    load, open, pack_input, pack_within,
 };
 
 fn name(path: &Path) -> String {
@@ -40,6 +40,32 @@ fn frame(
     let cancel = AtomicBool::new(false);
     let control = Control::new(&cancel, &|_| {});
     Ok(session.render(&request, &control)?.develop())
+}
+
+#[test]
+fn frames_share_the_pages_that_are_in_memory() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = name(&animated::write(folder.path()));
+    let store = name(&packed(folder.path(), &[source], &LoadOptions::default()));
+    let mut session = session(&store, &LoadOptions::default());
+    let mut request = request(&session.open().scene);
+    request.paging.cache_fraction = Some(1.0);
+    let cancel = AtomicBool::new(false);
+    let reads = |session: &mut Session, request: &RenderRequest| {
+        session.pose(0.5).expect("moves");
+        let rendered = session.render(request, &Control::new(&cancel, &|_| {})).expect("renders");
+        let paging = rendered.stats.paging.expect("of a store");
+        assert!(paging.geometry.hits > 0 && paging.geometry.resident_pages > 0);
+        (paging.geometry.misses, paging.geometry.bytes_read)
+    };
+    let first = reads(&mut session, &request);
+    assert!(first.0 > 0 && first.1 > 0, "{first:?}");
+    assert_eq!(reads(&mut session, &request), (0, 0));
+    // Other caches, and a larger picture, for which they may be too large.
+    request.paging.cache_fraction = Some(0.9);
+    assert!(reads(&mut session, &request).0 > 0);
+    request.settings.height *= 2;
+    assert!(reads(&mut session, &request).0 > 0);
 }
 
 fn session(source: &str, options: &LoadOptions) -> Session {

@@ -42,7 +42,7 @@ pub(super) struct Shape {
     pub(super) weights: Vec<u32>,
     /// Index of the skin.
     pub(super) skin: Option<usize>,
-    /// Number of the sampler that moves the weights.
+    /// Number of the keys that move the weights.
     pub(super) track: Option<usize>,
 }
 

@@ -37,3 +37,11 @@ pub(super) fn square_lamp(center: Vec3, target: Vec3, size: f32) -> Shape {
     shape.flat_quad([center - x - y, center + x - y, center + x + y, center - x + y]);
     shape
 }
+
+/// Squares that shine towards a point: of each the name, the radiance, the middle and the edge.
+pub(super) fn square_lamps(b: &mut Builder, target: Vec3, lamps: &[(&str, Vec3, Vec3, f32)]) {
+    for &(name, color, at, size) in lamps {
+        let lamp = b.material(Material::emitter(name, color, false));
+        b.object(name, lamp, &square_lamp(at, target, size));
+    }
+}

@@ -1,7 +1,7 @@
 //! A quaternion Julia set of brushed gold over a dark plinth: a fractal surface without triangles. Its constant goes around a
 //! circle with time.
 
-use super::caustic_sphere::square_lamp;
+use super::caustic_sphere::square_lamps;
 use super::{GenerateOptions, builder::Builder, lathe, palette::srgb, solids};
 use crate::{Camera, Conductor, Environment, ImplicitShape, Julia, Material, ScalarInput, SceneDesc};
 use std::f32::consts::TAU;
@@ -35,14 +35,12 @@ pub(super) fn julia(options: &GenerateOptions) -> SceneDesc {
     let last = b.desc.instances.len() - 1;
     b.desc.instances[last].world_from_object.translation = Vec3::new(0.0, 1.75, 0.0);
     let (key, rim) = (Vec3::new(42.0, 38.0, 33.0), Vec3::new(26.0, 34.0, 48.0));
-    for (name, color, at, size) in [
+    let lamps = [
         ("key", key, Vec3::new(-3.4, 4.6, 3.6), 2.0),
         ("rim", rim, Vec3::new(4.6, 4.6, -2.2), 2.0),
         ("low", rim * 0.4, Vec3::new(4.4, 1.4, 4.4), 1.6),
-    ] {
-        let lamp = b.material(Material::emitter(name, color, false));
-        b.object(name, lamp, &square_lamp(at, Vec3::new(0.0, 1.6, 0.0), size));
-    }
+    ];
+    square_lamps(&mut b, Vec3::new(0.0, 1.6, 0.0), &lamps);
     b.desc.environment = Some(Environment::Constant(Vec3::new(0.22, 0.25, 0.3)));
     b.desc.cameras.push(Camera::look_at(
         "front",

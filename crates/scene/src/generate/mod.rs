@@ -17,6 +17,7 @@ mod extrude;
 mod julia;
 mod lathe;
 mod metaballs;
+mod moments;
 mod noise;
 mod noise_lanes;
 mod palette;

@@ -3,6 +3,7 @@
 //!
 //! Plain arithmetic and square roots alone: the same bits on every machine.
 
+use super::moments;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::ops::Mul;
@@ -98,14 +99,7 @@ pub(super) type Keys = Vec<Vec<Place>>;
 
 /// All bodies at a time in seconds; the ends hold. Without keys there are no bodies.
 pub(super) fn between_keys(keys: &Keys, time: f32) -> Vec<Place> {
-    let last = keys.len().saturating_sub(1);
-    let x = (time * KEYS_A_SECOND as f32).clamp(0.0, last as f32);
-    let (key, t) = (x as usize, x - x.floor());
-    match (keys.get(key), keys.get(key + 1)) {
-        (Some(a), Some(b)) => a.iter().zip(b).map(|(a, b)| a.towards(b, t)).collect(),
-        (Some(a), None) => a.clone(),
-        _ => Vec::new(),
-    }
+    moments::between(keys, KEYS_A_SECOND, time, Place::towards)
 }
 
 /// Puts bodies, whose vertices follow each other, at their places: of each the number of vertices, the middle that they are

@@ -8,17 +8,16 @@ use crate::gltf::mesh::take_budget;
 use crate::gltf::model::Shape;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
-/// What moves a node.
+/// What moves a node, by number among all keys.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Tracks {
-    pub(super) translation: Option<Arc<Keys>>,
-    pub(super) rotation: Option<Arc<Keys>>,
-    pub(super) scale: Option<Arc<Keys>>,
-    /// Morph weights, with the number of their sampler.
-    pub(super) weights: Option<(usize, Arc<Keys>)>,
+    pub(super) translation: Option<usize>,
+    pub(super) rotation: Option<usize>,
+    pub(super) scale: Option<usize>,
+    /// Morph weights.
+    pub(super) weights: Option<usize>,
 }
 
 impl Tracks {
@@ -27,11 +26,10 @@ impl Tracks {
         self.translation.is_some() || self.rotation.is_some() || self.scale.is_some()
     }
 
-    /// Whether all keys can be asked for any time.
-    pub(super) fn are_sound(&self) -> bool {
-        let weights = self.weights.iter().map(|(_, keys)| keys);
-        let all = [&self.translation, &self.rotation, &self.scale].into_iter().flatten().chain(weights);
-        all.into_iter().all(|keys| keys.is_sound())
+    /// Whether its keys are among so many.
+    pub(super) fn are_sound(&self, keys: usize) -> bool {
+        let Self { translation, rotation, scale, weights } = *self;
+        [translation, rotation, scale, weights].into_iter().flatten().all(|number| number < keys)
     }
 }
 
@@ -39,6 +37,8 @@ impl Tracks {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Channels {
     pub(super) of_node: BTreeMap<usize, Tracks>,
+    /// Those of all samplers that can be read.
+    pub(super) keys: Vec<Keys>,
     /// The last time of all keys, seconds.
     pub(super) duration: f32,
 }
@@ -53,29 +53,36 @@ impl Channels {
         findings: &mut Findings,
     ) -> Self {
         let mut channels = Self::default();
-        let mut samplers =
-            Samplers { list: animation.list("samplers"), place, data, budget, read: BTreeMap::new() };
+        let mut samplers = Samplers {
+            list: animation.list("samplers"),
+            place,
+            data,
+            budget,
+            read: BTreeMap::new(),
+            keys: Vec::new(),
+        };
         for channel in animation.list("channels") {
             let target = channel.at("target");
             let (Some(node), Some(path)) = (target.index("node"), target.at("path").text()) else { continue };
             let Some(sampler) = channel.index("sampler") else { continue };
-            let Some(keys) = samplers.keys(sampler, findings) else { continue };
-            channels.add(node, path, sampler, keys);
+            let Some(number) = samplers.number(sampler, findings) else { continue };
+            channels.add(node, path, number, &samplers.keys[number]);
         }
+        channels.keys = samplers.keys;
         channels
     }
 
-    fn add(&mut self, node: usize, path: &str, sampler: usize, keys: Arc<Keys>) {
-        let end = keys.end();
+    fn add(&mut self, node: usize, path: &str, number: usize, keys: &Keys) {
         let tracks = self.of_node.entry(node).or_default();
-        match (path, keys.width()) {
-            ("translation", 3) => tracks.translation = Some(keys),
-            ("rotation", 4) => tracks.rotation = Some(keys),
-            ("scale", 3) => tracks.scale = Some(keys),
-            ("weights", _) => tracks.weights = Some((sampler, keys)),
+        let track = match (path, keys.width()) {
+            ("translation", 3) => &mut tracks.translation,
+            ("rotation", 4) => &mut tracks.rotation,
+            ("scale", 3) => &mut tracks.scale,
+            ("weights", _) => &mut tracks.weights,
             _ => return,
-        }
-        self.duration = self.duration.max(end);
+        };
+        *track = Some(number);
+        self.duration = self.duration.max(keys.end());
     }
 }
 
@@ -85,23 +92,28 @@ struct Samplers<'a> {
     place: &'a str,
     data: &'a Data,
     budget: &'a AtomicU64,
-    read: BTreeMap<usize, Option<Arc<Keys>>>,
+    /// By sampler, the number of its keys; none if they cannot be read.
+    read: BTreeMap<usize, Option<usize>>,
+    keys: Vec<Keys>,
 }
 
 impl Samplers<'_> {
-    fn keys(&mut self, index: usize, findings: &mut Findings) -> Option<Arc<Keys>> {
-        if let Some(keys) = self.read.get(&index) {
-            return keys.clone();
+    fn number(&mut self, index: usize, findings: &mut Findings) -> Option<usize> {
+        if let Some(number) = self.read.get(&index) {
+            return *number;
         }
-        let keys = match self.read_keys(index) {
-            Ok(keys) => Some(Arc::new(keys)),
+        let number = match self.read_keys(index) {
+            Ok(keys) => {
+                self.keys.push(keys);
+                Some(self.keys.len() - 1)
+            }
             Err(fault) => {
                 findings.fault("UNUSABLE_SAMPLER", fault);
                 None
             }
         };
-        self.read.insert(index, keys.clone());
-        keys
+        self.read.insert(index, number);
+        number
     }
 
     fn read_keys(&self, index: usize) -> Result<Keys, Fault> {

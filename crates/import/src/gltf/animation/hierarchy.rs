@@ -1,6 +1,7 @@
 //! Nodes that move, and those below them.
 
 use super::channels::{Channels, Tracks};
+use super::keys::Keys;
 use crate::gltf::json::Json;
 use crate::gltf::node::{self, Parts, Placed};
 use serde::{Deserialize, Serialize};
@@ -72,24 +73,24 @@ impl Hierarchy {
         self.nodes.len()
     }
 
-    /// Whether parents stand before their children, numbers are those of nodes, and tracks are sound.
-    pub(super) fn is_sound(&self) -> bool {
+    /// Whether parents stand before their children, numbers are those of nodes, and tracks have some of so many keys.
+    pub(super) fn is_sound(&self, keys: usize) -> bool {
         let sound = |(number, node): (usize, &MovingNode)| {
             let behind = matches!(node.parent, Parent::Moving(parent) if parent >= number);
-            !behind && !matches!(&node.local, Local::Moving { tracks, .. } if !tracks.are_sound())
+            !behind && !matches!(&node.local, Local::Moving { tracks, .. } if !tracks.are_sound(keys))
         };
         self.nodes.iter().enumerate().all(sound) && self.numbers.values().all(|&number| number < self.len())
     }
 
     /// World space from the space of each node that moves.
-    pub(super) fn places(&self, time: f32) -> Result<Vec<DAffine3>, SceneError> {
+    pub(super) fn places(&self, keys: &[Keys], time: f32) -> Result<Vec<DAffine3>, SceneError> {
         let mut places: Vec<DAffine3> = Vec::with_capacity(self.nodes.len());
         for MovingNode { parent, local } in &self.nodes {
             let world_from_parent = match parent {
                 Parent::Still(transform) => *transform,
                 Parent::Moving(number) => places[*number],
             };
-            let place = world_from_parent * local.at(time);
+            let place = world_from_parent * local.at(keys, time);
             if !node::to_f32(&place).is_finite() {
                 let what = format!("at {time} s a node is at no finite place");
                 return Err(SceneError::new(what, "animation", "the numbers of the animation are too large"));
@@ -101,15 +102,16 @@ impl Hierarchy {
 }
 
 impl Local {
-    fn at(&self, time: f32) -> DAffine3 {
+    fn at(&self, keys: &[Keys], time: f32) -> DAffine3 {
         match self {
             Self::Still(transform) => *transform,
             Self::Moving { at_rest, tracks } => {
-                let vector = |keys: &super::Keys| DVec3::from_array(keys.vector(time));
+                let vector = |number: usize| DVec3::from_array(keys[number].vector(time));
+                let rotation = |number: usize| keys[number].rotation(time);
                 Parts {
-                    scale: tracks.scale.as_deref().map_or(at_rest.scale, vector),
-                    rotation: tracks.rotation.as_deref().map_or(at_rest.rotation, |keys| keys.rotation(time)),
-                    translation: tracks.translation.as_deref().map_or(at_rest.translation, vector),
+                    scale: tracks.scale.map_or(at_rest.scale, vector),
+                    rotation: tracks.rotation.map_or(at_rest.rotation, rotation),
+                    translation: tracks.translation.map_or(at_rest.translation, vector),
                 }
                 .transform()
             }

@@ -17,7 +17,7 @@ use super::json::Json;
 use super::mesh::{self, Base, Shape};
 use super::node::{self, Copies, Placed};
 use super::skin::Skin;
-use channels::{Channels, Tracks};
+use channels::Channels;
 use hierarchy::Hierarchy;
 use keys::Keys;
 use rayon::prelude::*;
@@ -35,12 +35,11 @@ use vastlight_scene::{Camera, MeshPose, Motion, MotionRecord, Pose, SceneDesc, S
 pub(super) struct Movement {
     duration: f32,
     hierarchy: Hierarchy,
-    /// By node of the document, the sampler of its morph weights.
+    /// Those of all samplers: others have their numbers.
+    keys: Vec<Keys>,
+    /// By node of the document, the keys of its morph weights.
     #[serde(skip)]
-    samplers: BTreeMap<usize, usize>,
-    /// By sampler, the keys of morph weights.
-    #[serde(skip)]
-    weights: BTreeMap<usize, Arc<Keys>>,
+    weights: BTreeMap<usize, usize>,
     instances: Vec<MovingInstances>,
     /// Cameras at rest, with their nodes.
     cameras: Vec<(u32, usize, Option<Camera>)>,
@@ -71,7 +70,7 @@ struct MovingMesh {
     mesh: u32,
     bases: Vec<Base>,
     /// Of morph weights.
-    keys: Option<Arc<Keys>>,
+    keys: Option<usize>,
     /// Matrices of joints that move.
     skin: Option<usize>,
     /// Matrices of joints that do not.
@@ -91,18 +90,14 @@ impl Movement {
         let place = format!("/animations/{index}");
         let channels = Channels::read(animation, &place, data, budget, findings);
         let hierarchy = Hierarchy::new(root, placed, &channels);
-        let mut movement = Self { duration: channels.duration, hierarchy, ..Self::default() };
-        for (node, Tracks { weights, .. }) in channels.of_node {
-            let Some((sampler, keys)) = weights else { continue };
-            movement.samplers.insert(node, sampler);
-            movement.weights.insert(sampler, keys);
-        }
-        movement
+        let Channels { of_node, keys, duration } = channels;
+        let weights = of_node.into_iter().filter_map(|(node, tracks)| Some((node, tracks.weights?)));
+        Self { duration, hierarchy, keys, weights: weights.collect(), ..Self::default() }
     }
 
-    /// The sampler that moves the morph weights of a node of the document.
+    /// The keys that move the morph weights of a node of the document, by number.
     pub(super) fn weights_of(&self, node: usize) -> Option<usize> {
-        self.samplers.get(&node).copied()
+        self.weights.get(&node).copied()
     }
 
     /// Notes the instances of a node of the document, from that number on.
@@ -152,8 +147,7 @@ impl Movement {
         }
         let skin = shape.skin.filter(|skin| self.skins.contains_key(skin));
         let joints = at_rest.filter(|_| skin.is_none()).cloned();
-        let keys = shape.track.and_then(|sampler| self.weights.get(&sampler)).cloned();
-        self.meshes.push(MovingMesh { mesh: mesh as u32, bases, keys, skin, joints });
+        self.meshes.push(MovingMesh { mesh: mesh as u32, bases, keys: shape.track, skin, joints });
     }
 
     /// The motion of a scene whose tables are complete; `None` if nothing moves.
@@ -198,9 +192,10 @@ impl Movement {
         let poses = |mesh: &MovingMesh| {
             (mesh.mesh as usize) < desc.meshes.len()
                 && mesh.bases.iter().all(Base::is_sound)
-                && mesh.keys.as_ref().is_none_or(|keys| keys.is_sound())
+                && mesh.keys.is_none_or(|number| number < self.keys.len())
         };
-        self.hierarchy.is_sound()
+        self.keys.iter().all(Keys::is_sound)
+            && self.hierarchy.is_sound(self.keys.len())
             && self.instances.iter().all(fits)
             && self.cameras.iter().all(|(_, node, _)| *node < nodes)
             && self.lights.iter().all(|(_, node)| *node < nodes)
@@ -214,19 +209,20 @@ impl Motion for Movement {
     }
 
     fn pose(&self, time: f32) -> Result<Pose, SceneError> {
-        let places = self.hierarchy.places(time)?;
+        let places = self.hierarchy.places(&self.keys, time)?;
         let matrices: BTreeMap<usize, Vec<Affine3>> = self
             .skins
             .iter()
             .map(|(index, skin)| (*index, skin.matrices(&self.hierarchy, &places)))
             .collect();
+        let weights = |number: usize| self.keys[number].numbers(time);
         let camera = |(camera, node, at_rest): &(u32, usize, Option<Camera>)| {
             let world_from_camera = node::to_f32(&without_scale(&places[*node]));
             Some((*camera, Camera { world_from_camera, ..at_rest.clone()? }))
         };
         let light = |(light, node): &(u32, usize)| (*light, node::to_f32(&without_scale(&places[*node])));
         Ok(Pose {
-            meshes: self.meshes.par_iter().map(|mesh| mesh.pose(time, &matrices)).collect(),
+            meshes: self.meshes.par_iter().map(|mesh| mesh.pose(&weights, &matrices)).collect(),
             instances: self
                 .instances
                 .iter()
@@ -261,8 +257,12 @@ impl MovingSkin {
 }
 
 impl MovingMesh {
-    fn pose(&self, time: f32, matrices: &BTreeMap<usize, Vec<Affine3>>) -> MeshPose {
-        let weights = self.keys.as_ref().map_or_else(Vec::new, |keys| keys.numbers(time));
+    fn pose(
+        &self,
+        weights: impl Fn(usize) -> Vec<f32>,
+        matrices: &BTreeMap<usize, Vec<Affine3>>,
+    ) -> MeshPose {
+        let weights = self.keys.map_or_else(Vec::new, weights);
         let moving = self.skin.and_then(|skin| matrices.get(&skin));
         let joints = moving.or(self.joints.as_ref()).map(Vec::as_slice);
         let mesh = mesh::pose(&self.bases, &weights, joints);

@@ -96,6 +96,27 @@ fn files_that_move_are_streamed_with_what_moves_them_and_name_the_same_files() {
 }
 
 #[test]
+fn keys_that_many_nodes_share_are_recorded_once() {
+    let record_of = |nodes: usize| {
+        let mut file = Builder::triangle();
+        let times: Vec<f32> = (0..1000).map(|i| i as f32).collect();
+        let moved = file.floats(&vec![[1.0_f32; 3]; 1000], "VEC3");
+        file.channel(0, "translation", "LINEAR", &times, moved);
+        for _ in 1..nodes {
+            let node = file.node(json!({"mesh": 0}));
+            let channel = json!({"sampler": 0, "target": {"node": node, "path": "translation"}});
+            file.json["animations"][0]["channels"].as_array_mut().expect("a list").push(channel);
+        }
+        let desc = file.load_clean();
+        let motion = desc.motion.clone().expect("moves");
+        assert_eq!(motion.pose(0.5).expect("a moment").instances.len(), nodes);
+        motion.record().expect("can be kept").bytes.len()
+    };
+    let (few, many) = (record_of(1), record_of(41));
+    assert!(few > 12_000 && many < few + 40 * 300, "{few} {many}");
+}
+
+#[test]
 fn instances_that_are_sorted_by_mesh_move_as_before() {
     // Nodes of all meshes stand among each other; two of them move.
     let mut file = many_meshes(100);

@@ -7,7 +7,7 @@ mod kinds;
 #[cfg(test)]
 mod tests;
 
-use super::caustic_sphere::square_lamp;
+use super::caustic_sphere::square_lamps;
 use super::chance::Chance;
 use super::palette::{gold, lacquer, srgb, stone};
 use super::record::{Recorded, are_near};
@@ -44,11 +44,10 @@ pub(super) fn bodies(options: &GenerateOptions) -> SceneDesc {
     let chance = Chance::new(options.seed, 0x626f_6469);
     let things = things(&chance, &paints);
     let left = options.triangles.map_or(USUAL, |t| t.saturating_sub(b.instanced_triangles()));
-    let (assembly, swarm) = meshed(&things, left);
+    let (assembly, local, counts) = meshed(&things, left);
     let mesh = b.mesh("bodies", assembly);
     b.place(mesh, Affine3::IDENTITY);
-    let swarm = Swarm { mesh, flight: Flight::new(things), ..swarm };
-    b.desc.motion = Some(Arc::new(swarm));
+    b.desc.motion = Some(Arc::new(Swarm { mesh, flight: Flight::new(things), local, counts }));
     b.desc
 }
 
@@ -103,23 +102,21 @@ fn swarm_cells() -> Vec<Vec3> {
     cells
 }
 
-/// One mesh of all things where they are, of so many triangles.
-fn meshed(things: &[Thing], triangles: u64) -> (Assembly, Swarm) {
-    let mut assembly = Assembly::default();
-    let mut swarm =
-        Swarm { mesh: 0, flight: Flight::new(Vec::new()), local: Shape::default(), counts: Vec::new() };
+/// One mesh of all things where they are, of so many triangles; vertices around their things' middles, and how many each has.
+fn meshed(things: &[Thing], triangles: u64) -> (Assembly, Shape, Vec<usize>) {
+    let (mut assembly, mut local, mut counts) = (Assembly::default(), Shape::default(), Vec::new());
     for (i, thing) in things.iter().enumerate() {
         let left = triangles.saturating_sub(assembly.triangles() as u64);
         let mut shape = thing.kind.surface(left / (things.len() - i) as u64);
         shape.positions.iter_mut().for_each(|p| *p *= thing.size);
-        swarm.counts.push(shape.positions.len());
-        swarm.local.positions.extend(&shape.positions);
-        swarm.local.normals.extend(&shape.normals);
+        counts.push(shape.positions.len());
+        local.positions.extend(&shape.positions);
+        local.normals.extend(&shape.normals);
         shape.positions.iter_mut().for_each(|p| *p = thing.place.point(*p));
         shape.normals.iter_mut().for_each(|n| *n = thing.place.turn.apply(*n));
         assembly.add(thing.material, &shape);
     }
-    (assembly, swarm)
+    (assembly, local, counts)
 }
 
 /// All bodies on their way.
@@ -195,14 +192,12 @@ fn stage(b: &mut Builder, seed: u32) {
         ..lacquer("china", srgb(0xdfe5e6), 0.3)
     });
     b.object("bowl", china, &BOWL.surface(96));
-    for (name, color, at, size) in [
+    let lamps = [
         ("lamp above", Vec3::new(1.0, 0.97, 0.92) * 30.0, Vec3::new(-1.6, 5.6, 1.4), 2.0),
         ("warm lamp", Vec3::new(1.0, 0.72, 0.45) * 26.0, Vec3::new(4.6, 4.6, -3.4), 1.6),
         ("cool lamp", Vec3::new(0.55, 0.75, 1.0) * 14.0, Vec3::new(-4.6, 2.4, 3.4), 1.2),
-    ] {
-        let lamp = b.material(Material::emitter(name, color, false));
-        b.object(name, lamp, &square_lamp(at, Vec3::new(0.0, 1.0, 0.0), size));
-    }
+    ];
+    square_lamps(b, Vec3::new(0.0, 1.0, 0.0), &lamps);
     b.desc.environment = Some(Environment::Constant(Vec3::new(0.17, 0.18, 0.2)));
     let (eye, target) = (Vec3::new(0.9, 4.0, 5.6), Vec3::new(0.0, 1.55, 0.0));
     let fov = 40_f32.to_radians();

@@ -150,6 +150,9 @@ fn outside(mut p: Vec3, before: Vec3) -> Vec3 {
     p
 }
 
+/// The number of the cell at the origin along an axis. What a damaged record throws farther away is taken to be at the edge.
+const MIDDLE: i32 = 1 << 18;
+
 /// Pairs of points that are near each other but not along the cloth.
 #[derive(Default)]
 struct Folds {
@@ -162,9 +165,9 @@ impl Folds {
     /// Finds all pairs that may meet until the next time.
     fn find(&mut self, points: &[Vec3]) {
         let reach = APART * 1.3;
-        let key =
-            |cell: [i32; 3]| cell.iter().fold(0, |key, &c| key << 20 | u64::from((c + 0x4_0000) as u32));
-        let cell_of = |p: Vec3| (p / reach).to_array().map(|x| x.floor() as i32);
+        let key = |cell: [i32; 3]| cell.iter().fold(0, |key, &c| key << 20 | u64::from((c + MIDDLE) as u32));
+        let far = (MIDDLE - 1) as f32;
+        let cell_of = |p: Vec3| (p / reach).to_array().map(|x| x.floor().clamp(-far, far) as i32);
         self.cells.clear();
         self.cells.extend((0..).zip(points).map(|(i, &p)| (key(cell_of(p)), i)));
         self.cells.sort_unstable();

@@ -5,8 +5,9 @@ mod fine;
 #[cfg(test)]
 mod tests;
 
-use super::caustic_sphere::square_lamp;
+use super::caustic_sphere::square_lamps;
 use super::chance::Chance;
+use super::moments::moment_at;
 use super::noise::{noise, smoothstep};
 use super::palette::{fabric, srgb, stone};
 use super::record::{Recorded, are_near};
@@ -84,8 +85,7 @@ impl Falling {
         }
         let keys = self.keys.get_or_init(|| drape::keys(self.start.clone()));
         let last = keys.len() - 1;
-        let x = (time * KEYS_A_SECOND as f32).min(last as f32);
-        let (key, t) = (x as usize, x - x.floor());
+        let (key, t) = moment_at(keys.len(), KEYS_A_SECOND, time);
         let [a, b, c, d] =
             [key.saturating_sub(1), key, (key + 1).min(last), (key + 2).min(last)].map(|i| &keys[i]);
         let (t2, t3) = (t * t, t * t * t);
@@ -173,13 +173,11 @@ fn stage(b: &mut Builder, seed: u32) {
     let brass = b.material(Material::metal("brass", Vec3::new(0.85, 0.63, 0.32), 0.18));
     let (center, radius) = BALL;
     b.object("ball", brass, &solids::sphere(radius, 40).at(center.x, center.y, center.z));
-    for (name, color, at, size) in [
+    let lamps = [
         ("window", Vec3::new(0.95, 0.98, 1.0) * 34.0, Vec3::new(-3.0, 3.0, 1.4), 1.7),
         ("warm lamp", Vec3::new(1.0, 0.72, 0.45) * 24.0, Vec3::new(2.8, 2.6, -1.8), 0.8),
-    ] {
-        let lamp = b.material(Material::emitter(name, color, false));
-        b.object(name, lamp, &square_lamp(at, Vec3::new(0.0, 0.5, 0.0), size));
-    }
+    ];
+    square_lamps(b, Vec3::new(0.0, 0.5, 0.0), &lamps);
     b.desc.environment = Some(Environment::Constant(Vec3::new(0.16, 0.17, 0.19)));
     let (eye, target) = (Vec3::new(0.9, 1.9, 4.1), Vec3::new(0.0, 0.68, 0.0));
     b.desc.cameras.push(Camera::look_at("room", eye, target, 29_f32.to_radians()));

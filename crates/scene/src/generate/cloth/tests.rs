@@ -1,14 +1,9 @@
 use super::*;
-use crate::generate::by_name;
+use crate::generate::tests::pose;
 
 fn scene() -> SceneDesc {
     let options = GenerateOptions { triangles: Some(40_000), seed: 3, ..GenerateOptions::default() };
-    by_name("cloth", &options).expect("a demo")
-}
-
-fn pose(desc: &SceneDesc, time: f32) -> MeshPose {
-    let pose = desc.motion.as_ref().expect("moves").pose(time).expect("a moment");
-    pose.meshes.into_iter().next().expect("a mesh")
+    super::cloth(&options)
 }
 
 #[test]

@@ -7,7 +7,7 @@ mod shards;
 #[cfg(test)]
 mod tests;
 
-use super::caustic_sphere::square_lamp;
+use super::caustic_sphere::square_lamps;
 use super::chance::Chance;
 use super::palette::{lacquer, srgb, stone};
 use super::record::{Recorded, are_near};
@@ -143,7 +143,7 @@ impl Recorded for Burst {
 
     fn is_sound(&self, _desc: &SceneDesc) -> bool {
         let Self { positions, normals, shards, .. } = self;
-        let inside = |s: &Shard| s.vertices.start <= s.vertices.end && s.vertices.end <= positions.len();
+        let inside = |s: &Shard| s.vertices.start < s.vertices.end && s.vertices.end <= positions.len();
         let vertices: usize = shards.iter().filter(|s| inside(s)).map(|s| s.vertices.len()).sum();
         shards.iter().all(|s| inside(s) && are_near(&[s.center]))
             && vertices <= positions.len()
@@ -172,13 +172,11 @@ fn stage(b: &mut Builder, seed: u32) {
     let corner = |x: f32, y: f32| Vec3::new(x, y, WALL);
     shape.flat_quad([corner(-12.0, 0.0), corner(12.0, 0.0), corner(12.0, 7.0), corner(-12.0, 7.0)]);
     b.object("wall", wall, &shape);
-    for (name, color, at, size) in [
+    let lamps = [
         ("soft box", Vec3::new(1.0, 0.96, 0.9) * 34.0, Vec3::new(-2.9, 4.0, 2.4), 1.6),
         ("rim light", Vec3::new(1.0, 0.76, 0.5) * 46.0, Vec3::new(3.0, 3.2, -2.4), 0.9),
-    ] {
-        let lamp = b.material(Material::emitter(name, color, false));
-        b.object(name, lamp, &square_lamp(at, Vec3::new(0.0, 1.1, 0.0), size));
-    }
+    ];
+    square_lamps(b, Vec3::new(0.0, 1.1, 0.0), &lamps);
     b.desc.environment = Some(Environment::Constant(Vec3::new(0.2, 0.22, 0.25)));
     let (eye, target) = (Vec3::new(0.9, 1.55, 4.7), Vec3::new(0.0, 0.98, 0.0));
     b.desc.cameras.push(Camera::look_at("studio", eye, target, 32_f32.to_radians()));

@@ -2,6 +2,7 @@
 //! "Congested traffic states in empirical observations and microscopic simulations", 2000), stepped at a fixed rate.
 
 use super::super::chance::Chance;
+use super::super::moments;
 use super::DURATION;
 use super::roads::Lane;
 
@@ -54,14 +55,7 @@ pub(super) fn keys(lanes: &[Lane], cars: usize, chance: &Chance) -> Vec<Vec<f32>
 
 /// Where all cars are at a time in seconds; the ends hold.
 pub(super) fn between_keys(keys: &[Vec<f32>], time: f32) -> Vec<f32> {
-    let last = keys.len().saturating_sub(1);
-    let x = (time * KEYS_A_SECOND as f32).clamp(0.0, last as f32);
-    let (key, t) = (x as usize, x - x.floor());
-    match (keys.get(key), keys.get(key + 1)) {
-        (Some(a), Some(b)) => a.iter().zip(b).map(|(a, b)| a + (b - a) * t).collect(),
-        (Some(a), None) => a.clone(),
-        _ => Vec::new(),
-    }
+    moments::between(keys, KEYS_A_SECOND, time, |a, b, t| a + (b - a) * t)
 }
 
 /// Cars of each lane; all of them together are as many as there are.

@@ -144,6 +144,7 @@ fn lights(b: &mut Builder) -> Vec<Lamp> {
 /// What moves in the streets.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Traffic {
+    #[serde(skip, default = "Lane::all")]
     lanes: Vec<Lane>,
     /// Instances, and the lane of each.
     cars: Vec<u32>,
@@ -178,6 +179,5 @@ impl Recorded for Traffic {
 
     fn is_sound(&self, _desc: &SceneDesc) -> bool {
         self.lane_of.iter().all(|&lane| lane < self.lanes.len())
-            && self.lanes.iter().all(|lane| lane.axis() < 2)
     }
 }

@@ -23,7 +23,7 @@ const CLEAR: f32 = 3.0;
 const CYCLE: f32 = 2.0 * (GREEN + CLEAR);
 
 /// A lane: a line on which cars go forward and come back to the start from the end.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub(super) struct Lane {
     /// 0 along x, 1 along z.
     axis: usize,
