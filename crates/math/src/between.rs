@@ -1,6 +1,6 @@
 //! Straight ways from key to key.
 
-use crate::{Affine3, Vec3, Vec4};
+use crate::{Affine3, Vec4};
 use std::ops::{Add, Mul};
 
 /// A moment between two keys that follow each other, and the parts that they have in it.
@@ -49,13 +49,6 @@ impl Between {
             matrix3: self.blend(a.matrix3, b.matrix3),
             translation: self.blend(a.translation, b.translation),
         }
-    }
-
-    /// Three vectors each.
-    #[inline(always)]
-    #[must_use]
-    pub fn corners(&self, a: [Vec3; 3], b: [Vec3; 3]) -> [Vec3; 3] {
-        std::array::from_fn(|i| self.blend(a[i], b[i]))
     }
 
     /// A tangent, whose sign stays that of the earlier key.

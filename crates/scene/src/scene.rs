@@ -181,8 +181,8 @@ impl Scene {
         self.shutter.as_ref()
     }
 
-    pub(crate) fn set_shutter(&mut self, shutter: Option<Arc<Shutter>>) {
-        self.shutter = shutter;
+    pub(crate) fn set_shutter(&mut self, shutter: Shutter) {
+        self.shutter = Some(Arc::new(shutter));
     }
 
     /// Changes materials, lights without surface, the environment, and images that these need; whatever else `change` does is an error.

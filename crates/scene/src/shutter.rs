@@ -4,7 +4,6 @@
 //! point of an instance or of a mesh goes straight on from key to key. Vertices are on their mesh's lattice at keys alone.
 
 use crate::{Camera, Change, Mesh, Pose, Scene, SceneError, can_be_placed};
-use std::sync::Arc;
 use vastlight_math::{Affine3, Between, Vec3, Vec4};
 
 /// What moves in a scene while its shutter is open.
@@ -201,16 +200,17 @@ impl Scene {
     ///
     /// # Errors
     /// A pose does not fit, or poses move different things; then the scene is at one of them.
-    pub fn open_shutter(&mut self, poses: Vec<Pose>) -> Result<Change, SceneError> {
+    pub fn open_shutter(&mut self, mut poses: Vec<Pose>) -> Result<Change, SceneError> {
+        if poses.len() < 2 {
+            return poses.pop().map_or_else(|| Ok(Change::default()), |pose| self.pose(pose));
+        }
         let mut recorder = Recorder::new(poses.len());
         let mut change = Change::default();
         for pose in poses.into_iter().rev() {
             change = self.pose(pose)?;
             recorder.record(self, &change)?;
         }
-        if recorder.shutter.keys > 1 {
-            self.set_shutter(Some(Arc::new(recorder.finish())));
-        }
+        self.set_shutter(recorder.finish());
         Ok(change)
     }
 }

@@ -7,7 +7,7 @@ use crate::judge::Judge;
 use crate::mesh::Leaves;
 use crate::paged::{Begin, End, Missing, Turn};
 use crate::reach::{Meeting, Reach, meet};
-use crate::tree::{AtMoment, OverBlocks, OverPages, Subtree, Tree, Visitor};
+use crate::tree::{Below, InPages, Over, Subtree, Tree, Visitor};
 use crate::{Hit, Tracer};
 use vastlight_accel::ray::{BoxRay, ScaledRay, TriangleRay};
 use vastlight_accel::wide::traverse::{Entry, InstanceMemory, Memory, Prefetch, RayLanes, Waiting};
@@ -222,18 +222,17 @@ impl<'a, S: Simd8> Flight<'a, S> {
     fn cross_mesh<F: Judge, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
         let (Stage { nodes, memory, .. }, start) = (self.stages[MESH], self.current);
         let found = match self.leaves {
-            Leaves::Blocks(blocks) => {
-                self.cross::<_, F, ANY>(simd, filter, &OverBlocks { nodes, blocks, memory }, start)
+            Leaves::Blocks(leaves) => {
+                self.cross::<_, F, ANY>(simd, filter, &Over { nodes, leaves, memory }, start)
             }
             Leaves::Pages(mesh) => {
-                let pages = self.pages;
-                self.cross::<_, F, ANY>(simd, filter, &OverPages { mesh, pages, memory }, start)
+                let leaves = InPages { mesh, pages: self.pages };
+                self.cross::<_, F, ANY>(simd, filter, &Over { nodes, leaves, memory }, start)
             }
             // What is in pages stands still.
             Leaves::Keys(_) if F::PAGED => false,
             Leaves::Keys(keys) => {
-                let tree = AtMoment::new(keys, keys.between(self.ray.time));
-                self.cross::<_, F, ANY>(simd, filter, &tree, start)
+                self.cross::<_, F, ANY>(simd, filter, &Over::at(keys, self.ray.time), start)
             }
         };
         !(found && ANY) && self.next()
@@ -319,13 +318,7 @@ impl<'a, S: Simd8> Flight<'a, S> {
         };
         let mut room = None;
         // Where numbers overflow, a ray meets the box of a slot without child.
-        let Some(mut placed) = tracer.places.get(instance, &mut room) else { return false };
-        let moved;
-        if placed.moves {
-            let Some(at_moment) = tracer.places.moved(instance, self.ray.time) else { return false };
-            moved = at_moment;
-            placed = &moved;
-        }
+        let Some(placed) = tracer.places.at(instance, self.ray.time, &mut room) else { return false };
         let mesh = &tracer.meshes[placed.mesh as usize];
         let (origin, direction) = placed.map_ray(self.ray.origin, self.ray.direction);
         let Some(scaled) = ScaledRay::new(origin, direction) else { return false };
@@ -367,23 +360,13 @@ impl<'a, S: Simd8> Flight<'a, S> {
     /// Tests the triangles of the leaf that is next; whether one was hit.
     #[inline(always)]
     fn test_leaf<F: Judge, const ANY: bool>(&mut self, simd: S, filter: &F) -> bool {
-        let leaf = self.current.index();
-        let memory = self.stages[MESH].memory;
-        match self.leaves {
-            Leaves::Blocks(blocks) => blocks.get(leaf).is_some_and(|block| self.meet(simd, filter, block)),
-            Leaves::Pages(mesh) => {
-                let tree = OverPages { mesh, pages: self.pages, memory };
-                tree.visit(simd, &mut Visit::<S, F, ANY> { flight: self, filter }, leaf)
-            }
-            Leaves::Keys(keys) => self.meet_moving(simd, filter, (keys, leaf)),
+        let (leaf, leaves, pages) = (self.current.index(), self.leaves, self.pages);
+        let mut visit = Visit::<S, F, ANY> { flight: self, filter };
+        match leaves {
+            Leaves::Blocks(blocks) => blocks.visit(simd, &mut visit, leaf),
+            Leaves::Pages(mesh) => InPages { mesh, pages }.visit(simd, &mut visit, leaf),
+            Leaves::Keys(keys) => keys.visit(simd, &mut visit, leaf),
         }
-    }
-
-    /// Tests the triangles of a leaf at the ray's time; whether one was hit.
-    #[inline(always)]
-    fn meet_moving<F: Judge>(&mut self, simd: S, filter: &F, (keys, leaf): (&MeshKeys, usize)) -> bool {
-        let block = keys.block(simd, leaf, &keys.between(self.ray.time));
-        block.is_some_and(|block| self.meet(simd, filter, &block))
     }
 
     /// Tests triangles; whether one was hit.
@@ -437,7 +420,8 @@ impl<S: Simd8, F: Judge, const ANY: bool> Visitor<S> for Visit<'_, '_, S, F, ANY
 
     #[inline(always)]
     fn moving(&mut self, simd: S, keys: &MeshKeys, leaf: usize) -> bool {
-        self.flight.meet_moving(simd, self.filter, (keys, leaf))
+        let block = keys.block(simd, leaf, &keys.between(self.flight.ray.time));
+        block.is_some_and(|block| self.flight.meet(simd, self.filter, &block))
     }
 
     #[inline(always)]

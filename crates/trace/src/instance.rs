@@ -5,7 +5,7 @@ use std::sync::Arc;
 use vastlight_accel::ray::EightRays;
 use vastlight_math::glam::{DAffine3, DMat3, DVec3};
 use vastlight_math::{Aabb, Affine3, Vec3};
-use vastlight_scene::{Instances, Scene, Shutter, can_be_placed};
+use vastlight_scene::{Change, InstanceKeys, Instances, Scene, Shutter, can_be_placed};
 use vastlight_simd::Simd8;
 
 /// An instance as rays see it, 56 bytes.
@@ -16,7 +16,7 @@ pub(crate) struct Placed {
     /// Index of the mesh's structure.
     pub(crate) mesh: u32,
     identity: bool,
-    /// Whether the map is that of the moment when a shutter opens: see [`Places::moved`].
+    /// Whether the map is that of the moment when a shutter opens: see [`Places::at`].
     pub(crate) moves: bool,
 }
 
@@ -172,11 +172,12 @@ const MOST_HALVINGS: u32 = 6;
 /// With `e = |a^-1 (b - a)| / 2 < 1`, `|((1 - w) a + w b)^-1| <= |a^-1| / (1 - e)` for `w <= 1/2`; the same from `b` for the rest.
 fn largest_spread(a: DMat3, b: DMat3, halvings: u32) -> f64 {
     let turn = |from: DMat3, to: DMat3| 0.5 * norm(absolute(from.inverse() * (to - from)));
-    let e = turn(a, b).max(turn(b, a));
-    if e <= 0.5 {
+    let turns = [turn(a, b), turn(b, a)];
+    // From a singular map they are infinite, or NaN.
+    if turns.iter().all(|&e| e <= 0.5) {
         let there = norm(absolute(a)).max(norm(absolute(b)));
         let back = norm(absolute(a.inverse())).max(norm(absolute(b.inverse())));
-        return there * back / (1.0 - e);
+        return there * back / (1.0 - turns[0].max(turns[1]));
     }
     if halvings == MOST_HALVINGS {
         return f64::INFINITY;
@@ -193,6 +194,14 @@ impl Footprint {
 
 pub(crate) fn widen(map: &Affine3) -> DAffine3 {
     DAffine3 { matrix3: map.matrix3.as_dmat3(), translation: map.translation.as_dvec3() }
+}
+
+/// Numbers in order, each once.
+pub(crate) fn ascending(numbers: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut numbers: Vec<u32> = numbers.collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
 }
 
 /// The largest f32 not above `x`, or a little less.
@@ -240,7 +249,7 @@ impl Places {
         };
         let count = places.instances.len();
         if count <= Instances::AT_HAND {
-            places.at_hand = (0..count).into_par_iter().map(|i| places.find(i)).collect();
+            places.at_hand = (0..count).into_par_iter().map(|i| places.opening(i)).collect();
         }
         places.parts = (0..count.div_ceil(PART)).into_par_iter().map(|part| places.around(part)).collect();
         places.unite();
@@ -260,12 +269,10 @@ impl Places {
             self.spaces[mesh as usize] = space;
         }
         let of_meshes = spaces.iter().flat_map(|&(mesh, _)| self.instances.of_mesh(mesh));
-        let mut touched: Vec<u32> = moved.iter().copied().chain(of_meshes).collect();
-        touched.sort_unstable();
-        touched.dedup();
+        let mut touched = ascending(moved.iter().copied().chain(of_meshes));
         if !self.at_hand.is_empty() {
             let placed: Vec<Placed> =
-                touched.par_iter().with_min_len(64).map(|&i| self.find(i as usize)).collect();
+                touched.par_iter().with_min_len(64).map(|&i| self.opening(i as usize)).collect();
             touched.iter().zip(placed).for_each(|(&i, placed)| self.at_hand[i as usize] = placed);
         }
         touched.iter_mut().for_each(|i| *i /= PART as u32);
@@ -300,37 +307,72 @@ impl Places {
         self.at_hand.get(instance).map_or_else(|| self.instances.mesh(instance), |placed| placed.mesh)
     }
 
-    /// An instance as rays see it, if it exists; `room` is for what is not at hand.
+    /// An instance as rays see it when a shutter opens, if it exists; `room` is for what is not at hand.
     #[inline(always)]
     pub(crate) fn get<'p>(&'p self, instance: usize, room: &'p mut Option<Placed>) -> Option<&'p Placed> {
         match self.at_hand.get(instance) {
             Some(placed) => Some(placed),
-            None if instance < self.instances.len() => Some(room.insert(self.find(instance))),
+            None if instance < self.instances.len() => Some(room.insert(self.opening(instance))),
             None => None,
         }
     }
 
-    #[inline(never)]
-    fn find(&self, instance: usize) -> Placed {
-        let mesh = self.instances.mesh(instance);
-        let moves = self.shutter.as_ref().is_some_and(|s| s.instance(instance as u32).is_some());
-        let placed = Placed::new(self.instances.map(instance), mesh, self.spaces[mesh as usize].scale);
-        Placed { moves, ..placed }
+    /// [`Places::get`] for a ray of an open shutter's `time`; none where the instance is not to be seen either.
+    #[inline(always)]
+    pub(crate) fn at<'p>(
+        &'p self,
+        instance: usize,
+        time: f32,
+        room: &'p mut Option<Placed>,
+    ) -> Option<&'p Placed> {
+        match self.at_hand.get(instance) {
+            Some(placed) if !placed.moves => Some(placed),
+            _ => Some(room.insert(self.find(instance, time)?)),
+        }
     }
 
-    /// An instance that moves as a ray of an open shutter's `time` sees it; none where it is not to be seen.
     #[inline(never)]
-    pub(crate) fn moved(&self, instance: usize, time: f32) -> Option<Placed> {
-        let shutter = self.shutter.as_ref()?;
-        let map = shutter.instance(instance as u32)?.at(&shutter.between(time))?;
+    fn opening(&self, instance: usize) -> Placed {
+        let moves = self.moving(instance).is_some();
+        Placed { moves, ..self.place(instance, self.instances.map(instance)) }
+    }
+
+    /// The same as [`Places::at`], found anew.
+    #[inline(never)]
+    pub(crate) fn find(&self, instance: usize, time: f32) -> Option<Placed> {
+        match self.moving(instance) {
+            Some((shutter, keys)) => Some(self.place(instance, &keys.at(&shutter.between(time))?)),
+            None => (instance < self.len()).then(|| self.place(instance, self.instances.map(instance))),
+        }
+    }
+
+    fn place(&self, instance: usize, map: &Affine3) -> Placed {
         let mesh = self.instances.mesh(instance);
-        Some(Placed::new(&map, mesh, self.spaces[mesh as usize].scale))
+        Placed::new(map, mesh, self.spaces[mesh as usize].scale)
+    }
+
+    /// The places of an instance that moves, with their shutter.
+    fn moving(&self, instance: usize) -> Option<(&Shutter, &InstanceKeys)> {
+        let shutter = self.shutter.as_ref()?;
+        Some((shutter, shutter.instance(instance as u32)?))
+    }
+
+    /// What a change concerns: also what moved while the shutter was open, and now is somewhere.
+    pub(crate) fn concerned(&self, change: &Change) -> Change {
+        let Some(shutter) = &self.shutter else { return change.clone() };
+        let Change { meshes, instances } = change;
+        Change {
+            meshes: ascending(meshes.iter().copied().chain(shutter.meshes().map(|(mesh, _)| mesh))),
+            instances: ascending(instances.iter().copied().chain(shutter.instances().map(|(i, _)| i))),
+        }
     }
 
     fn footprint(&self, instance: usize) -> Footprint {
         let mesh = &self.spaces[self.instances.mesh(instance) as usize];
-        match self.shutter.as_ref().and_then(|shutter| shutter.instance(instance as u32)) {
-            Some(keys) => keys.ways().map(|way| Footprint::on_way(way, mesh)).fold(NOWHERE, Footprint::union),
+        match self.moving(instance) {
+            Some((_, keys)) => {
+                keys.ways().map(|way| Footprint::on_way(way, mesh)).fold(NOWHERE, Footprint::union)
+            }
             None => Footprint::new(self.instances.map(instance), mesh),
         }
     }
@@ -358,6 +400,35 @@ impl Places {
             (self.instances.maps().as_ptr().cast(), size_of::<Affine3>())
         } else {
             (self.at_hand.as_ptr().cast(), size_of::<Placed>())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spreads_on_a_way_are_bounded_even_where_it_crosses_a_singular_map() {
+        let columns = |x: [f64; 3], y: [f64; 3]| DMat3::from_cols(x.into(), y.into(), DVec3::Z);
+        let turn = DMat3::from_rotation_z;
+        let ways = [
+            (columns([1.0, 1.0, 0.0], [0.0, 1.0, 0.0]), columns([-1.0, 1.0, 0.0], [0.0, 1.0, 0.0])),
+            (columns([1.0, 1.0, 0.0], [0.0, 1.0, 0.0]), columns([-0.3, 1.0, 0.0], [0.0, 1.0, 0.0])),
+            (turn(0.0), turn(2.5)),
+            (turn(0.3) * DMat3::from_diagonal(DVec3::new(1.0, 0.01, 1.0)), turn(0.9)),
+            (DMat3::IDENTITY, DMat3::IDENTITY * 3.0),
+        ];
+        for (a, b) in ways {
+            let bound = largest_spread(a, b, 0);
+            let largest = (0..1000).map(|i| {
+                let w = (f64::from(i) + 0.5) / 1000.0;
+                let map = a * (1.0 - w) + b * w;
+                norm(absolute(map) * absolute(map.inverse()))
+            });
+            let largest = largest.fold(0.0, f64::max);
+            assert!(largest <= bound, "{largest} {bound}");
+            assert!(bound.is_infinite() == (largest > 400.0), "{largest} {bound}");
         }
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::follow::{Building, FollowReport, MovingMesh};
 use crate::implicit::Implicits;
-use crate::instance::MeshSpace;
+use crate::instance::{MeshSpace, ascending};
 use crate::mesh::MeshTree;
 use crate::tracer::{milliseconds, open_keys, view};
 use crate::{Layout, TopLevel, TraceError, Tracer};
@@ -86,8 +86,9 @@ impl Tracer {
         let scene_ms = milliseconds(start.elapsed());
         let mut report = PoseReport { scene_ms, ..PoseReport::default() };
         if self.follows() {
-            report.meshes = self.follow_meshes(scene, &change)?;
-            report.top_ms = self.follow_instances(scene, &change)?;
+            let concerned = self.places.concerned(&change);
+            report.meshes = self.follow_meshes(scene, &concerned)?;
+            report.top_ms = self.follow_instances(scene, &concerned)?;
         } else if self.over_pages {
             self.place_again(scene)?;
             report.top_ms = milliseconds(start.elapsed()) - scene_ms;
@@ -155,8 +156,7 @@ impl Tracer {
                 }
             });
         }
-        open_keys(scene, &mut self.meshes)?;
-        self.vertices_move = self.meshes.iter().any(|mesh| mesh.keys().is_some());
+        self.vertices_move = open_keys(scene, &mut self.meshes)?;
         Ok(reports)
     }
 
@@ -167,9 +167,7 @@ impl Tracer {
             change.meshes.iter().map(|&mesh| (mesh, self.meshes[mesh as usize].space())).collect();
         self.places.follow(scene, &change.instances, &spaces);
         let of_meshes = change.meshes.iter().flat_map(|&mesh| scene.instances().of_mesh(mesh));
-        let mut movers: Vec<u32> = change.instances.iter().copied().chain(of_meshes).collect();
-        movers.sort_unstable();
-        movers.dedup();
+        let movers = ascending(change.instances.iter().copied().chain(of_meshes));
         let config = self.build_config();
         let (accel, places) = (self.report.accel, &self.places);
         if self.movers.as_ref().is_none_or(|known| known.instances != movers) {

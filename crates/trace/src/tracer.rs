@@ -216,7 +216,7 @@ impl Tracer {
             meshes.push(mesh);
             builds.push(build);
         }
-        open_keys(scene, &mut meshes)?;
+        let vertices_move = open_keys(scene, &mut meshes)?;
         let pages = Table::resident(packed.iter().map(|page: &PackedPage| &page.bytes[..]), SLACK);
         drop(packed);
         let meshes_done = Instant::now();
@@ -239,8 +239,7 @@ impl Tracer {
             stages: sum_stages(&builds, meshes_done.elapsed()),
         };
         tracer.pages = pages;
-        tracer.config = config.clone();
-        tracer.vertices_move = tracer.meshes.iter().any(|mesh| mesh.keys().is_some());
+        (tracer.config, tracer.vertices_move) = (config.clone(), vertices_move);
         Ok(tracer)
     }
 
@@ -528,21 +527,22 @@ fn refuse_shutter(scene: &Scene, structures: &'static str) -> Result<(), TraceEr
     }
 }
 
-/// Lets rays of an open shutter see meshes whose vertices move.
-pub(crate) fn open_keys(scene: &Scene, meshes: &mut [MeshTree]) -> Result<(), TraceError> {
-    let Some(shutter) = scene.shutter() else { return Ok(()) };
+/// Lets rays of an open shutter see meshes whose vertices move; says whether there are any.
+pub(crate) fn open_keys(scene: &Scene, meshes: &mut [MeshTree]) -> Result<bool, TraceError> {
+    let Some(shutter) = scene.shutter() else { return Ok(false) };
     if meshes.iter().any(|mesh| matches!(mesh, MeshTree::Compact(_))) {
         refuse_shutter(scene, "compact meshes")?;
     }
-    for (number, keys) in shutter.meshes() {
+    let used = shutter.meshes().filter(|(number, _)| !scene.instances().of_mesh(*number).is_empty());
+    let mut moves = false;
+    for (number, keys) in used {
         let triangles = &scene.meshes()[number as usize].triangles;
         let views: Vec<MeshView<'_>> =
             keys.iter().map(|key| MeshView { positions: &key.positions, triangles }).collect();
-        if !scene.instances().of_mesh(number).is_empty() {
-            meshes[number as usize].open(&views);
-        }
+        meshes[number as usize].open(&views);
+        moves = true;
     }
-    Ok(())
+    Ok(moves)
 }
 
 /// The meshes of a scene, none in the place of those that no instance uses.

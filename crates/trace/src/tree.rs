@@ -63,15 +63,7 @@ impl Nodes for InstanceNodes {
     }
 }
 
-/// A mesh with full boxes and unpacked triangles.
-#[derive(Clone, Copy)]
-pub(crate) struct OverBlocks<'a> {
-    pub(crate) nodes: &'a [Node8],
-    pub(crate) blocks: &'a [Block8],
-    pub(crate) memory: Memory,
-}
-
-impl Nodes for OverBlocks<'_> {
+impl Nodes for &[Node8] {
     type Node<'n>
         = &'n Node8
     where
@@ -79,42 +71,57 @@ impl Nodes for OverBlocks<'_> {
 
     #[inline(always)]
     fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
-        self.nodes.get(place)
+        self.get(place)
     }
 }
 
-impl Tree for OverBlocks<'_> {
-    type Memory = Memory;
+/// What stands below the nodes of a mesh.
+pub(crate) trait Below {
+    /// See [`Tree::visit`].
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool;
+}
 
-    #[inline(always)]
-    fn memory(&self) -> &Memory {
-        &self.memory
-    }
-
+/// Unpacked triangles.
+impl Below for &[Block8] {
     #[inline(always)]
     fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
         // Where numbers overflow, a ray meets the box of a slot without child.
-        self.blocks.get(leaf).is_some_and(|block| visitor.triangles(simd, block))
+        self.get(leaf).is_some_and(|block| visitor.triangles(simd, block))
+    }
+}
+
+/// Triangles at keys of an open shutter.
+impl Below for &MeshKeys {
+    #[inline(always)]
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
+        visitor.moving(simd, self, leaf)
+    }
+}
+
+/// The pages of a mesh.
+#[derive(Clone, Copy)]
+pub(crate) struct InPages<'a> {
+    pub(crate) mesh: &'a CompactMesh,
+    pub(crate) pages: &'a Table,
+}
+
+impl Below for InPages<'_> {
+    #[inline(always)]
+    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
+        let Some(root) = self.mesh.roots.get(leaf) else { return false };
+        let page = self.pages.page(root.page).map(Page::new);
+        visitor.subtree(simd, &Subtree { number: leaf as u32, root, page })
     }
 }
 
 /// A mesh at a moment of an open shutter.
 #[derive(Clone, Copy)]
-pub(crate) struct AtMoment<'a> {
+pub(crate) struct Moment<'a> {
     keys: &'a MeshKeys,
     between: Between,
-    memory: Memory,
 }
 
-impl<'a> AtMoment<'a> {
-    #[inline(always)]
-    pub(crate) fn new(keys: &'a MeshKeys, between: Between) -> Self {
-        let (nodes, blocks) = keys.earlier(&between);
-        Self { keys, between, memory: Memory::new(nodes, blocks) }
-    }
-}
-
-impl Nodes for AtMoment<'_> {
+impl Nodes for Moment<'_> {
     type Node<'n>
         = BlendedNode<'n>
     where
@@ -126,82 +133,53 @@ impl Nodes for AtMoment<'_> {
     }
 }
 
-impl Tree for AtMoment<'_> {
-    type Memory = Memory;
-
-    #[inline(always)]
-    fn memory(&self) -> &Memory {
-        &self.memory
-    }
-
+impl Below for Moment<'_> {
     #[inline(always)]
     fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
         self.keys.block(simd, leaf, &self.between).is_some_and(|block| visitor.triangles(simd, &block))
     }
 }
 
-/// The same mesh for rays of all times.
+/// A mesh: nodes over what is below them.
 #[derive(Clone, Copy)]
-pub(crate) struct AllMoments<'a> {
-    keys: &'a MeshKeys,
-    memory: Memory,
-}
-
-impl<'a> AllMoments<'a> {
-    #[inline(always)]
-    pub(crate) fn new(keys: &'a MeshKeys) -> Self {
-        let (_, blocks) = keys.earlier(&keys.between(0.0));
-        Self { keys, memory: Memory::new(keys.swept(), blocks) }
-    }
-}
-
-impl Nodes for AllMoments<'_> {
-    type Node<'n>
-        = &'n Node8
-    where
-        Self: 'n;
-
-    #[inline(always)]
-    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
-        self.keys.swept().get(place)
-    }
-}
-
-impl Tree for AllMoments<'_> {
-    type Memory = Memory;
-
-    #[inline(always)]
-    fn memory(&self) -> &Memory {
-        &self.memory
-    }
-
-    #[inline(always)]
-    fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
-        visitor.moving(simd, self.keys, leaf)
-    }
-}
-
-/// What is above the pages of a mesh.
-#[derive(Clone, Copy)]
-pub(crate) struct OverPages<'a> {
-    pub(crate) mesh: &'a CompactMesh,
-    pub(crate) pages: &'a Table,
+pub(crate) struct Over<N, L> {
+    pub(crate) nodes: N,
+    pub(crate) leaves: L,
     pub(crate) memory: Memory,
 }
 
-impl Nodes for OverPages<'_> {
+impl<'a> Over<Moment<'a>, Moment<'a>> {
+    /// A mesh whose vertices move, at a time.
+    #[inline(always)]
+    pub(crate) fn at(keys: &'a MeshKeys, time: f32) -> Self {
+        let moment = Moment { keys, between: keys.between(time) };
+        let (nodes, blocks) = keys.earlier(&moment.between);
+        Self { nodes: moment, leaves: moment, memory: Memory::new(nodes, blocks) }
+    }
+}
+
+impl<'a> Over<&'a [Node8], &'a MeshKeys> {
+    /// The same for rays of all times.
+    #[inline(always)]
+    pub(crate) fn all_times(keys: &'a MeshKeys) -> Self {
+        let (_, blocks) = keys.earlier(&keys.between(0.0));
+        Self { nodes: keys.swept(), leaves: keys, memory: Memory::new(keys.swept(), blocks) }
+    }
+}
+
+impl<N: Nodes, L> Nodes for Over<N, L> {
     type Node<'n>
-        = &'n Node8
+        = N::Node<'n>
     where
         Self: 'n;
 
     #[inline(always)]
-    fn node<S: Simd8>(&self, _simd: S, place: usize) -> Option<&Node8> {
-        self.mesh.nodes.get(place)
+    fn node<S: Simd8>(&self, simd: S, place: usize) -> Option<N::Node<'_>> {
+        self.nodes.node(simd, place)
     }
 }
 
-impl Tree for OverPages<'_> {
+impl<N: Nodes, L: Below> Tree for Over<N, L> {
     type Memory = Memory;
 
     #[inline(always)]
@@ -211,9 +189,7 @@ impl Tree for OverPages<'_> {
 
     #[inline(always)]
     fn visit<S: Simd8>(&self, simd: S, visitor: &mut impl Visitor<S>, leaf: usize) -> bool {
-        let Some(root) = self.mesh.roots.get(leaf) else { return false };
-        let page = self.pages.page(root.page).map(Page::new);
-        visitor.subtree(simd, &Subtree { number: leaf as u32, root, page })
+        self.leaves.visit(simd, visitor, leaf)
     }
 }
 

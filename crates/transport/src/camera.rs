@@ -158,13 +158,10 @@ impl CameraRays {
     #[inline]
     #[must_use]
     pub fn depth(&self, ray: &Ray, t: f32) -> f32 {
-        t * ray.direction.dot(self.axis_at(ray.time))
+        t * ray.direction.dot(if self.keys.is_empty() { self.axis } else { self.axis_at(ray.time) })
     }
-}
 
-impl CameraRays {
-    /// The viewing axis at a time.
-    #[inline]
+    /// The viewing axis of a camera that moves, at a time.
     fn axis_at(&self, time: f32) -> Vec3 {
         let between = Between::new(time, self.keys.len());
         let blended = |[a, b]: [&Self; 2]| between.blend(a.axis, b.axis).normalize_or(a.axis);

@@ -7,7 +7,7 @@ use crate::surface::{Surface, mesh_of};
 use crate::vertex::surface;
 use crate::wavefront::Context;
 use vastlight_math::{Between, Ray, Vec2, Vec3, Vec4};
-use vastlight_scene::MeshKey;
+use vastlight_scene::{MeshKey, Shutter};
 use vastlight_trace::Hit;
 
 /// The corners of a triangle whose mesh moves: places and directions between two keys, and all else as in the mesh.
@@ -47,39 +47,33 @@ impl Corners for MovedCorners<'_> {
     }
 }
 
-/// The surface that a ray met; none where it does not move.
+/// The surface that a ray of an open shutter met, whether it moves or not.
 #[inline(never)]
-pub(crate) fn moved_surface(
-    context: &Context<'_>,
+pub(crate) fn surface_at_time(
+    (context, shutter): (&Context<'_>, &Shutter),
     (ray, cone): (&Ray, Cone),
     hit: &Hit,
     uv_sets: usize,
     with_tangent: bool,
-) -> Option<Surface> {
-    let (scene, mesh) = (context.scene, mesh_of(context.scene, hit));
-    let shutter = scene.shutter()?;
-    let between = shutter.between(ray.time);
-    let place = shutter.instance(hit.instance).and_then(|keys| keys.at(&between));
-    let keys = shutter.mesh(scene.instances().mesh(hit.instance as usize));
-    let ends = keys.and_then(|keys| between.ends(keys));
-    if place.is_none() && ends.is_none() {
-        return None;
-    }
+) -> Surface {
+    let (scene, mesh, between) = (context.scene, mesh_of(context.scene, hit), shutter.between(ray.time));
+    let moved = shutter.instance(hit.instance).and_then(|keys| keys.at(&between));
     let still = scene.instances().map(hit.instance as usize);
-    let placement = match &place {
+    let placement = match &moved {
         Some(map) => Placement::new(map),
         None => context.placements.get(still, hit.instance),
     };
-    let place = (place.as_ref().unwrap_or(still), &placement);
-    Some(match (ends, &mesh.implicit) {
-        (_, Some(shape)) => Surface::of_implicit(place, shape, (ray, hit.t)),
-        (Some(ends), None) => {
-            let corners = MovedCorners { still: MeshCorners::new(mesh, hit), ends, between };
+    let place = (moved.as_ref().unwrap_or(still), &placement);
+    if let Some(shape) = &mesh.implicit {
+        return Surface::of_implicit(place, shape, (ray, hit.t));
+    }
+    let corners = MeshCorners::new(mesh, hit);
+    let keys = shutter.mesh(scene.instances().mesh(hit.instance as usize));
+    match keys.and_then(|keys| between.ends(keys)) {
+        Some(ends) => {
+            let corners = MovedCorners { still: corners, ends, between };
             surface(place, (ray, cone), hit, &corners, uv_sets, with_tangent)
         }
-        (None, None) => {
-            let corners = MeshCorners::new(mesh, hit);
-            surface(place, (ray, cone), hit, &corners, uv_sets, with_tangent)
-        }
-    })
+        None => surface(place, (ray, cone), hit, &corners, uv_sets, with_tangent),
+    }
 }

@@ -6,7 +6,7 @@ use crate::corners::{Corners, MeshCorners, PageCorners};
 use crate::light::LightSample;
 use crate::material::Evaluated;
 use crate::medium::MediumStack;
-use crate::moved::moved_surface;
+use crate::moved::surface_at_time;
 use crate::pages::PageHit;
 use crate::placement::Placement;
 use crate::sample::Sample;
@@ -49,7 +49,10 @@ impl<'a> Vertex<'a> {
         let table = context.materials;
         let with_tangent = table.needs_tangent(material);
         let uv_sets = table.uv_sets(material);
-        let still = || {
+        let surface = if let Some(shutter) = context.scene.shutter().filter(|shutter| !shutter.is_still()) {
+            // Nothing is in pages then.
+            surface_at_time((context, shutter), (ray, cone), hit, uv_sets, with_tangent)
+        } else {
             let map = context.scene.instances().map(hit.instance as usize);
             let placement = context.placements.get(map, hit.instance);
             let place = (map, &placement);
@@ -64,11 +67,6 @@ impl<'a> Vertex<'a> {
                 (None, Some(shape)) => Surface::of_implicit(place, shape, (ray, hit.t)),
             }
         };
-        let moved = match context.scene.shutter() {
-            Some(_) => moved_surface(context, (ray, cone), hit, uv_sets, with_tangent),
-            None => None,
-        };
-        let surface = moved.unwrap_or_else(still);
         let mut frame = surface.frame();
         let (evaluated, prepared) = match table.uniform(material, &surface.attributes) {
             Some((evaluated, bsdf)) => (evaluated, Some(bsdf)),

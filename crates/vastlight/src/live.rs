@@ -5,7 +5,7 @@ use crate::ids::Ids;
 use crate::render::film_settings;
 use crate::run::TileSink;
 use crate::stats::PagingStats;
-use crate::{Error, OpenScene, RenderRequest, Residency, device::Tiles, paged};
+use crate::{Error, OpenScene, RenderRequest, Residency, device::Tiles, paged, shutter};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
 use vastlight_film::{Film, FilmTile, Picture};
@@ -177,8 +177,9 @@ impl Live<'_> {
     /// Begins a picture. Settings and outputs of the request count.
     ///
     /// # Errors
-    /// A page of a scene in pages cannot be had.
+    /// A page of a scene in pages cannot be had, or the integrator knows no open shutter.
     pub fn begin(&mut self, request: RenderRequest) -> Result<LivePicture, Error> {
+        shutter::check(self.scene, &request)?;
         self.renderer.use_settings(request.settings.clone());
         let plan = self.renderer.photon_plan()?;
         let tiles = if self.caches.is_some() { Tiles::InPages } else { Tiles::InMemory };

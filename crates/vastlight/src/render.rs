@@ -190,7 +190,7 @@ pub(crate) fn render_keeping(
     control: &Control<'_>,
     kept: &mut Kept,
 ) -> Result<Rendered, Error> {
-    shutter::check(open, request)?;
+    shutter::check(&open.scene, request)?;
     let fallback = match on_graphics_processor(open, request, control, kept) {
         Ok(Some(rendered)) => return Ok(rendered),
         Ok(None) => None,

@@ -1,6 +1,6 @@
 //! Pictures whose shutter is open for a while.
 
-use crate::{Error, OpenScene, RenderRequest};
+use crate::{Error, RenderRequest};
 use vastlight_scene::{Pose, Scene};
 use vastlight_transport::Integrator;
 
@@ -41,8 +41,8 @@ impl Exposure {
 }
 
 /// Refuses what does not know the times of rays, where a shutter is open.
-pub(crate) fn check(open: &OpenScene, request: &RenderRequest) -> Result<(), Error> {
-    if open.scene.shutter().is_none() {
+pub(crate) fn check(scene: &Scene, request: &RenderRequest) -> Result<(), Error> {
+    if scene.shutter().is_none() {
         return Ok(());
     }
     let refuse = |what: &str, place: &str, hint: &str| Err(Error::usage(what, place, hint));

@@ -1,11 +1,13 @@
 //! Pictures of a scene that moves: those of a session, and those of scenes that are opened at each moment.
 
+mod common;
+
+use common::square;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use vastlight::math::{Affine3, Vec3};
 use vastlight::scene::{
-    Camera, Instance, Light, LightKind, Material, Mesh, MeshPose, Motion, Part, Pose, Scene, SceneDesc,
-    SceneError,
+    Camera, Instance, Light, LightKind, Material, Mesh, MeshPose, Motion, Pose, Scene, SceneDesc, SceneError,
 };
 use vastlight::trace::{TracerConfig, UpdateMethod};
 use vastlight::transport::RenderSettings;
@@ -17,22 +19,7 @@ const LAMP: u32 = 1;
 const PLACES: [u32; 2] = [1, 2];
 
 fn quad(name: &str, material: u32, cells: u32) -> Mesh {
-    let at = |i: u32| i as f32 / cells as f32 * 2.0 - 1.0;
-    let positions =
-        (0..=cells).flat_map(|z| (0..=cells).map(move |x| Vec3::new(at(x), 0.0, at(z)))).collect();
-    let corner = |x: u32, z: u32| z * (cells + 1) + x;
-    let cell = |i: u32| {
-        let (x, z) = (i % cells, i / cells);
-        let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x + 1, z + 1), corner(x, z + 1)];
-        [[a, c, b], [a, d, c]]
-    };
-    Mesh {
-        name: name.into(),
-        positions,
-        triangles: (0..cells * cells).flat_map(cell).collect(),
-        parts: vec![Part { first_triangle: 0, material }],
-        ..Mesh::default()
-    }
+    square(name, material, cells, |x, z| Vec3::new(x, 0.0, -z))
 }
 
 /// A floor that waves, lamps that come, go and wander, a light and a camera that move.

@@ -1,11 +1,13 @@
 //! Pictures of an open shutter: against closed forms, and against the mean of many moments.
 
+mod common;
+
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use vastlight::math::{Affine3, Quat, Rng, Vec3};
 use vastlight::scene::{
-    Camera, Environment, Instance, Material, Mesh, MeshPose, Motion, Part, Pose, Projection, Scene,
-    SceneDesc, SceneError,
+    Camera, Environment, ImplicitShape, Instance, Material, Mesh, MeshPose, Metaball, Metaballs, Motion,
+    Part, Pose, Projection, Scene, SceneDesc, SceneError,
 };
 use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::PhotonSettings;
@@ -14,24 +16,9 @@ use vastlight::{
     CameraChoice, Control, Device, Error, Exposure, LoadOptions, RenderRequest, Rendered, Session, open,
 };
 
-/// A square from -1 to 1 in x and y, in cells.
+/// Upright, and seen from where z grows.
 fn square(name: &str, material: u32, cells: u32) -> Mesh {
-    let at = |i: u32| i as f32 / cells as f32 * 2.0 - 1.0;
-    let positions =
-        (0..=cells).flat_map(|y| (0..=cells).map(move |x| Vec3::new(at(x), at(y), 0.0))).collect();
-    let corner = |x: u32, y: u32| y * (cells + 1) + x;
-    let cell = |i: u32| {
-        let (x, y) = (i % cells, i / cells);
-        let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
-        [[a, b, c], [a, c, d]]
-    };
-    Mesh {
-        name: name.into(),
-        positions,
-        triangles: (0..cells * cells).flat_map(cell).collect(),
-        parts: vec![Part { first_triangle: 0, material }],
-        ..Mesh::default()
-    }
+    common::square(name, material, cells, |x, y| Vec3::new(x, y, 0.0))
 }
 
 fn place(mesh: u32, world_from_object: Affine3) -> Instance {
@@ -193,6 +180,78 @@ impl Motion for Stage {
     }
 }
 
+/// A floor, a vane and a ball that all go along with the camera, unless that stays.
+#[derive(Debug)]
+struct Convoy {
+    camera_goes: bool,
+}
+
+fn convoy(camera_goes: bool) -> SceneDesc {
+    let ball = Metaball { center: Vec3::ZERO, radius: 0.9, strength: 1.0 };
+    let shape = ImplicitShape::Metaballs(Metaballs { balls: vec![ball], threshold: 0.2 });
+    let parts = vec![Part { first_triangle: 0, material: 0 }];
+    let ball = Mesh { implicit: Some(Arc::new(shape)), parts, ..Mesh::default() };
+    let mut desc = SceneDesc {
+        meshes: vec![square("floor", 0, 4), square("vane", 1, 1), ball],
+        instances: [0, 1, 2].map(|mesh| place(mesh, Affine3::IDENTITY)).to_vec(),
+        materials: vec![
+            Material::diffuse("grey", Vec3::splat(0.7)),
+            Material::diffuse("red", Vec3::new(0.8, 0.3, 0.1)),
+        ],
+        environment: Some(Environment::Constant(Vec3::ONE)),
+        cameras: vec![camera(0.0)],
+        motion: Some(Arc::new(Convoy { camera_goes })),
+        ..SceneDesc::default()
+    };
+    desc.apply(Convoy { camera_goes }.pose(0.0).expect("a moment")).expect("fits");
+    desc
+}
+
+impl Motion for Convoy {
+    fn duration(&self) -> f32 {
+        1.0
+    }
+
+    fn pose(&self, time: f32) -> Result<Pose, SceneError> {
+        let way = Vec3::new(0.8, 0.1, -0.3) * time;
+        let lie = |p: &Vec3| Vec3::new(p.x, 0.0, -p.y) * 1.5 + way;
+        let floor = MeshPose {
+            positions: square("", 0, 4).positions.iter().map(lie).collect(),
+            ..MeshPose::default()
+        };
+        let mirrored = Affine3::from_scale(Vec3::new(-0.4, 0.5, 0.4));
+        let vane = Affine3::from_translation(way + Vec3::new(0.6, 0.5, 0.3)) * mirrored;
+        let ball = Affine3::from_translation(way + Vec3::new(-0.4, 0.4, 0.0));
+        let eye = Vec3::new(0.2, 2.0, 4.0) + if self.camera_goes { way } else { Vec3::ZERO };
+        let camera = Camera::look_at("eye", eye, eye - Vec3::new(0.2, 2.0, 4.0), 0.7);
+        let (meshes, cameras) = (vec![floor], vec![(0, camera)]);
+        Ok(Pose { meshes, instances: vec![(1, vane), (2, ball)], cameras, ..Pose::default() })
+    }
+}
+
+#[test]
+fn what_goes_along_with_its_camera_is_sharp() {
+    let picture = |camera_goes: bool, integrator: Integrator, seconds: f32| {
+        let mut session = session(convoy(camera_goes));
+        session.expose(0.2, &Exposure { seconds, keys: 3 }).expect("it moves");
+        let mut request = request(&session, SIZE, 16, 7);
+        request.settings.integrator = integrator;
+        planes(&render(&mut session, &request).expect("rendered")).concat()
+    };
+    for integrator in [Integrator::Path, Integrator::Direct, Integrator::Ao, Integrator::Primary] {
+        let still = picture(true, integrator, 0.0);
+        // Rounding sends few paths another way.
+        let apart = |other: &[f32]| {
+            let differences = still.iter().zip(other).map(|(a, b)| (a - b).abs());
+            differences.sum::<f32>() / still.iter().sum::<f32>()
+        };
+        let (along, past) = (apart(&picture(true, integrator, 0.5)), apart(&picture(false, integrator, 0.5)));
+        eprintln!("{integrator:?} {along} {past}");
+        assert!(along < 0.01, "{integrator:?}: {along}");
+        assert!(past > 0.05, "{integrator:?}, negative control: {past}");
+    }
+}
+
 const SIZE: [u32; 2] = [24, 16];
 const FROM: f32 = 0.5;
 const OPEN: f32 = 0.8;
@@ -244,12 +303,38 @@ fn mean_square_z(a: &[Vec<f32>], b: &[Vec<f32>]) -> f64 {
 fn an_open_shutter_is_the_mean_of_its_moments() {
     let mut session = session(stage());
     let seeds = 1..25;
+    let start = std::time::Instant::now();
     let of = |seconds: f32, session: &mut Session| -> Vec<Vec<f32>> {
         seeds.clone().map(|seed| blurred(session, seconds, 64, seed)).collect()
     };
     let open = of(OPEN, &mut session);
+    eprintln!("open {:?}", start.elapsed());
+    let t0 = std::time::Instant::now();
+    for _ in 0..24 {
+        session.expose(FROM, &Exposure { seconds: OPEN, keys: 17 }).expect("it moves");
+    }
+    eprintln!("24 exposes {:?}", t0.elapsed());
     let shorter = of(0.7 * OPEN, &mut session);
+    eprintln!("shorter {:?}", start.elapsed());
     let moments: Vec<_> = seeds.clone().map(|seed| mean_of_moments(&mut session, 16, 8, seed)).collect();
+    eprintln!("moments {:?}", start.elapsed());
+    let t0 = std::time::Instant::now();
+    for i in 0..100 {
+        session.pose(FROM + i as f32 * 0.003).expect("it moves");
+    }
+    eprintln!("100 poses {:?}", t0.elapsed());
+    let t0 = std::time::Instant::now();
+    let r = request(&session, SIZE, 1, 0);
+    for _ in 0..100 {
+        render(&mut session, &r).unwrap();
+    }
+    eprintln!("100 renders of 1 spp {:?}", t0.elapsed());
+    let t0 = std::time::Instant::now();
+    let r = request(&session, SIZE, 64, 0);
+    for _ in 0..10 {
+        render(&mut session, &r).unwrap();
+    }
+    eprintln!("10 renders of 64 spp {:?}", t0.elapsed());
     let z = mean_square_z(&open, &moments);
     assert!((0.8..1.25).contains(&z), "{z}");
     let other = mean_square_z(&shorter, &moments);
@@ -322,9 +407,9 @@ fn what_knows_no_shutter_refuses() {
         let error = render(&mut session, &request).expect_err("refused").to_string();
         assert!(error.contains("shutter"), "{error}");
     }
-    for integrator in [Integrator::Path, Integrator::Direct, Integrator::Primary, Integrator::Ao] {
-        render(&mut session, &with(&|r| r.settings.integrator = integrator)).expect("rendered");
-    }
+    let stream = with(&|r| r.settings.integrator = Integrator::Whitted);
+    let begun = session.live(&fine, |live| live.begin(stream).map(drop));
+    assert!(begun.expect("live").expect_err("refused").to_string().contains("shutter"));
     // Made anew for each moment.
     let options = LoadOptions::default();
     let metaballs = "demo:metaballs";

@@ -4,7 +4,7 @@
 //! ([`Between`]), so that blended boxes contain blended triangles to the last bit, and triangles that share vertices share blended
 //! ones. Bundles of rays of all times walk boxes around all keys.
 
-use super::{Block8, ChildRef, Leaf, LeafLanes, MeshBvh, MeshView, Node8, WideNode, extent};
+use super::{Block8, ChildRef, MeshBvh, MeshView, Node8, WideNode, extent};
 use crate::Pages;
 use crate::update::refit_scaled;
 use vastlight_math::{Aabb, Between};
@@ -90,16 +90,16 @@ impl MeshKeys {
     /// The triangles of a leaf, at a moment.
     #[inline(always)]
     #[must_use]
-    pub fn block<S: Simd8>(&self, s: S, leaf: usize, between: &Between) -> Option<BlendedBlock<'_>> {
+    pub fn block<S: Simd8>(&self, s: S, leaf: usize, between: &Between) -> Option<Block8> {
         let [a, b] = between.ends(&self.keys)?;
         let (a, b) = (a.blocks.get(leaf)?, b.blocks.get(leaf)?);
-        let mut corners = LeafLanes::default();
-        for (corner, of_corner) in corners.iter_mut().enumerate() {
+        let mut block = Block8 { prims: a.prims, ..Block8::EMPTY };
+        for (corner, of_corner) in block.corners.iter_mut().enumerate() {
             for (axis, lanes) in of_corner.iter_mut().enumerate() {
                 *lanes = s.to_array(blend(s, &a.corners[corner][axis], &b.corners[corner][axis], between));
             }
         }
-        Some(BlendedBlock { corners, prims: &a.prims })
+        Some(block)
     }
 
     /// Memory of nodes and blocks.
@@ -159,36 +159,6 @@ impl WideNode for BlendedNode<'_> {
     }
 }
 
-/// Triangles between two keys.
-#[derive(Clone, Copy, Debug)]
-pub struct BlendedBlock<'k> {
-    corners: LeafLanes,
-    prims: &'k [u32; 8],
-}
-
-impl Leaf for BlendedBlock<'_> {
-    #[inline(always)]
-    fn corners(&self) -> &LeafLanes {
-        &self.corners
-    }
-
-    #[inline(always)]
-    fn lanes(&self) -> u32 {
-        // The others hold points.
-        0xff
-    }
-
-    #[inline(always)]
-    fn prim(&self, lane: usize) -> u32 {
-        self.prims[lane]
-    }
-
-    #[inline(always)]
-    fn place(&self, _lane: usize) -> u32 {
-        0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -230,11 +200,11 @@ mod tests {
                         continue;
                     }
                     let block = self.keys.block(simd, child.index(), &between).expect("a block");
-                    for lane in (0..8).filter(|&lane| block.prim(lane) != Block8::NO_PRIM) {
-                        let prim = block.prim(lane) as usize;
+                    for lane in block.used() {
+                        let prim = block.prims[lane] as usize;
                         seen[prim] = true;
                         for corner in 0..3 {
-                            let p = Vec3::from(block.corners()[corner].map(|axis| axis[lane]));
+                            let p = block.triangle(lane)[corner];
                             let vertex = 3 * prim + corner;
                             let expected =
                                 between.blend(a[vertex] * self.keys.scale, b[vertex] * self.keys.scale);

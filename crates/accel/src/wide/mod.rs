@@ -17,7 +17,7 @@ pub use beside::Still;
 pub(crate) use collapse::{LeafSlots, Plan, plan, plan_over};
 pub use grid::{CellWalk, GridBvh};
 pub use instances::{InstanceBvh, InstanceNode, InstanceNodes, SmallNode};
-pub use keys::{BlendedBlock, BlendedNode, MeshKeys};
+pub use keys::{BlendedNode, MeshKeys};
 pub use layout::{Block8, ChildRef, Leaf, LeafLanes, Node8, WideNode};
 pub(crate) use mesh::{Clock, extent, whole_tree};
 pub use mesh::{MeshBuild, MeshBvh, MeshView};

@@ -13,7 +13,7 @@ use crate::mesh::Leaves;
 use crate::paged::{Begin, End, Missing, Turn};
 use crate::patch::Patch;
 use crate::reach::{Meeting, meet};
-use crate::tree::{AllMoments, Nodes, OverBlocks, OverPages, Subtree, Tree, Visitor};
+use crate::tree::{InPages, Nodes, Over, Subtree, Tree, Visitor};
 use crate::walk::Answers;
 use crate::{Hit, Tracer};
 use space::{NOWHERE, Place, Space};
@@ -252,16 +252,16 @@ impl Bundle {
             self.page = Hit::NONE;
         }
         match mesh.leaves() {
-            Leaves::Blocks(blocks) => {
-                self.cross(simd, &task, &OverBlocks { nodes, blocks, memory }, (root, &bounds))
+            Leaves::Blocks(leaves) => {
+                self.cross(simd, &task, &Over { nodes, leaves, memory }, (root, &bounds))
             }
             Leaves::Pages(mesh) => {
-                let tree = OverPages { mesh, pages: job.pages, memory };
-                self.cross(simd, &task, &tree, (root, &bounds))
+                let leaves = InPages { mesh, pages: job.pages };
+                self.cross(simd, &task, &Over { nodes, leaves, memory }, (root, &bounds))
             }
             // What is in pages stands still.
             Leaves::Keys(_) if F::PAGED => false,
-            Leaves::Keys(keys) => self.cross(simd, &task, &AllMoments::new(keys), (root, &bounds)),
+            Leaves::Keys(keys) => self.cross(simd, &task, &Over::all_times(keys), (root, &bounds)),
         }
     }
 

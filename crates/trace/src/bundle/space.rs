@@ -234,7 +234,7 @@ impl Space {
     ) {
         for lane in 0..8 {
             let ray = &rays[patch.index(self.member(8 * group + lane))];
-            let Some(placed) = places.moved(instance, ray.time) else {
+            let Some(placed) = places.find(instance, ray.time) else {
                 self.t_max[group][lane] = NOWHERE;
                 continue;
             };

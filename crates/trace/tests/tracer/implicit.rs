@@ -10,11 +10,11 @@ use vastlight_simd::Level;
 use vastlight_trace::stream::StreamRay;
 use vastlight_trace::{Hit, HitFilter, Tracer};
 
-fn implicit(shape: ImplicitShape) -> Mesh {
+pub(crate) fn implicit(shape: ImplicitShape) -> Mesh {
     Mesh { name: "implicit".into(), implicit: Some(Arc::new(shape)), ..Mesh::default() }
 }
 
-fn balls() -> ImplicitShape {
+pub(crate) fn balls() -> ImplicitShape {
     let ball = |x: f32, y: f32| Metaball { center: Vec3::new(x, y, 0.1 * x), radius: 0.8, strength: 1.0 };
     ImplicitShape::Metaballs(Metaballs {
         balls: vec![ball(-0.5, 0.0), ball(0.3, 0.2), ball(0.2, -0.6)],
@@ -22,7 +22,7 @@ fn balls() -> ImplicitShape {
     })
 }
 
-fn julia() -> ImplicitShape {
+pub(crate) fn julia() -> ImplicitShape {
     ImplicitShape::Julia(Julia { c: [-0.2, 0.6, 0.2, 0.2], slice: 0.0, iterations: 7 })
 }
 

@@ -1,7 +1,8 @@
 //! Rays of an open shutter against brute force: every triangle at the place that it has at the ray's time, tested alone.
 
-use crate::common::shapes::{closed_surface, random_soup};
+use crate::common::shapes::{closed_surface, random_soup, soup};
 use crate::common::{Random, beams, closest, occluded, rays_at, tracer};
+use crate::implicit::{balls, implicit, julia};
 use crate::pose::{BALL, mixed};
 use std::sync::Arc;
 use vastlight_accel::ray::ScaledRay;
@@ -191,7 +192,7 @@ fn hits_are_those_of_brute_force_at_each_ray_s_time() {
     check("growth", mixed, &[7.0, 8.0], 4e7);
 }
 
-/// A soup that spins and a ball that breathes far from the origin.
+/// A soup that spins, and balls that breathe: one stands, and others go on, mirrored or until they are.
 #[derive(Debug)]
 struct Spinning;
 
@@ -200,7 +201,7 @@ fn spinning() -> SceneDesc {
     let instance = |mesh| Instance { world_from_object: Affine3::IDENTITY, mesh, name: 0 };
     SceneDesc {
         meshes: vec![soup, closed_surface(6, 8, |_| 1.0)],
-        instances: vec![instance(0), instance(1), instance(0)],
+        instances: [0, 1, 0, 1, 1, 1].map(instance).to_vec(),
         motion: Some(Arc::new(Spinning)),
         ..SceneDesc::default()
     }
@@ -215,10 +216,18 @@ impl Motion for Spinning {
         let spin = Quat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 3.0 * time);
         let size = Vec3::new(1.0, 0.02, 1.0 + time);
         let squeezed = Affine3::from_scale_rotation_translation(size, spin, Vec3::new(0.3 * time, 0.0, 0.0));
+        let scaled = |x: f32, at: Vec3| {
+            Affine3::from_scale_rotation_translation(Vec3::new(x, 0.5, 0.7), spin.inverse(), at)
+        };
         let ball = spinning_ball().iter().map(|p| *p * (0.5 + time * (1.0 + p.x))).collect();
         Ok(Pose {
             meshes: vec![MeshPose { mesh: 1, positions: ball, ..MeshPose::default() }],
-            instances: vec![(0, squeezed), (1, Affine3::from_translation(Vec3::X * time))],
+            instances: vec![
+                (0, squeezed),
+                (1, Affine3::from_translation(Vec3::X * time)),
+                (3, scaled(-0.4, Vec3::new(-0.8, 0.9 * time, 0.5))),
+                (4, scaled(0.4 - time, Vec3::new(0.2, -1.0, time))),
+            ],
             ..Pose::default()
         })
     }
@@ -232,6 +241,119 @@ fn spinning_ball() -> Vec<Vec3> {
 fn squeezed_instances_turn_and_meshes_move_where_they_are_placed() {
     check("spinning", spinning, &[0.0, 0.25, 0.5, 0.75, 1.0], 1.5);
     check("half a turn", spinning, &[0.0, 1.04], 1.5);
+}
+
+/// Two implicit surfaces: one turns and is away for a while, one is mirrored and goes on.
+#[derive(Debug)]
+struct Rolling;
+
+impl Rolling {
+    const KEYS: usize = 6;
+
+    fn maps(time: f32) -> [Affine3; 2] {
+        let turned = Affine3::from_rotation_translation(Quat::from_rotation_y(2.0 * time), Vec3::X * time);
+        let seen = if time == 0.6 { 0.0 } else { 1.0 };
+        let mirrored = Affine3::from_scale(Vec3::new(-1.5, 0.5, 1.0));
+        [
+            turned * Affine3::from_scale(Vec3::splat(seen)),
+            Affine3::from_translation(Vec3::new(0.0, 1.0 - time, 0.5 * time)) * mirrored,
+        ]
+    }
+
+    fn key(key: usize) -> f32 {
+        key as f32 / (Self::KEYS - 1) as f32
+    }
+}
+
+fn rolling(maps: [Affine3; 2]) -> SceneDesc {
+    let wall = soup([[Vec3::new(-9.0, -9.0, -1.5), Vec3::new(9.0, -9.0, -1.5), Vec3::new(0.0, 9.0, -1.5)]]);
+    let places = [maps[0], maps[1], Affine3::from_translation(Vec3::Y * 1.5), Affine3::IDENTITY];
+    let instance = |(world_from_object, mesh)| Instance { world_from_object, mesh, name: 0 };
+    SceneDesc {
+        meshes: vec![implicit(balls()), implicit(julia()), wall],
+        instances: places.into_iter().zip([0, 0, 1, 2]).map(instance).collect(),
+        ..SceneDesc::default()
+    }
+}
+
+impl Motion for Rolling {
+    fn duration(&self) -> f32 {
+        1.0
+    }
+
+    fn pose(&self, time: f32) -> Result<Pose, SceneError> {
+        Ok(Pose { instances: (0..).zip(Self::maps(time)).collect(), ..Pose::default() })
+    }
+}
+
+#[test]
+fn implicit_surfaces_are_where_they_are_at_each_ray_s_time() {
+    let desc = || SceneDesc { motion: Some(Arc::new(Rolling)), ..rolling(Rolling::maps(0.0)) };
+    let mut scene = Scene::new(desc()).expect("valid");
+    let mut following = Tracer::new(&scene, &TracerConfig::default()).expect("built");
+    let times: Vec<f32> = (0..Rolling::KEYS).map(Rolling::key).collect();
+    let opening = poses(&scene, &times);
+    following.open_shutter(&mut scene, opening).expect("fits");
+    let anew = Tracer::new(&scene, &TracerConfig::default()).expect("built");
+    let mut counts = [0; 4];
+    for time in [0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0] {
+        let along = time * (Rolling::KEYS - 1) as f32;
+        let key = (along as usize).min(Rolling::KEYS - 2);
+        let part = along - key as f32;
+        let [a, b] = [key, key + 1].map(|key| Rolling::maps(Rolling::key(key)));
+        let at = |i: usize| {
+            let [a, b] = [&a[i], &b[i]];
+            if a.matrix3.determinant() == 0.0 || b.matrix3.determinant() == 0.0 {
+                // Far away.
+                return Affine3::from_translation(Vec3::splat(1e5));
+            }
+            Affine3 {
+                matrix3: a.matrix3 * (1.0 - part) + b.matrix3 * part,
+                translation: a.translation * (1.0 - part) + b.translation * part,
+            }
+        };
+        let still = Scene::new(rolling([at(0), at(1)])).expect("valid");
+        let still = Tracer::new(&still, &TracerConfig::default()).expect("built");
+        let mut rays = rays_at(&mut Random(5), 500, Vec3::ZERO, 2.0);
+        rays.iter_mut().for_each(|ray| ray.time = time);
+        let expected = closest(&still, &rays);
+        for tracer in [&following, &anew] {
+            assert_eq!(closest(tracer, &rays), expected, "{time}");
+            assert_eq!(occluded(tracer, &rays), occluded(&still, &rays), "{time}");
+        }
+        for (hit, ray) in expected.iter().zip(&rays).filter(|(hit, _)| hit.is_hit()) {
+            let (point, world) = (ray.origin + ray.direction * hit.t, anew.world());
+            assert!(point.cmpge(world.min - 1e-3).all() && point.cmple(world.max + 1e-3).all());
+            counts[hit.instance as usize] += 1;
+        }
+        assert_eq!(expected.iter().any(|hit| hit.instance == 0), !(key == 2 || key == 3), "{time}");
+    }
+    assert!(counts.iter().all(|&count| count > 50), "{counts:?}");
+}
+
+#[test]
+fn what_a_shutter_left_is_found_where_it_was_when_other_things_move() {
+    let rays = rays(3.0);
+    let place = |x: f32| Pose {
+        instances: vec![(1, Affine3::from_translation(Vec3::new(x, 0.3, 0.0)))],
+        ..Pose::default()
+    };
+    for update in UpdateMethod::ALL {
+        for next in [vec![Pose::default()], vec![place(0.5)], vec![place(0.5), place(0.9)]] {
+            let mut scene = Scene::new(mixed()).expect("valid");
+            let config = TracerConfig { update, ..TracerConfig::default() };
+            let mut tracer = Tracer::new(&scene, &config).expect("built");
+            let opening = poses(&scene, &[0.1, 0.4]);
+            tracer.open_shutter(&mut scene, opening).expect("fits");
+            let open = closest(&tracer, &rays);
+            let moments = next.len();
+            tracer.open_shutter(&mut scene, next).expect("fits");
+            let anew = Tracer::new(&scene, &TracerConfig::default()).expect("built");
+            let expected = closest(&anew, &rays);
+            assert!(expected == closest(&tracer, &rays), "{update:?}, {moments} moments");
+            assert!(expected != open, "negative control");
+        }
+    }
 }
 
 #[derive(Debug)]

@@ -7,8 +7,9 @@ pub(crate) mod random;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use vastlight::film::Picture;
+use vastlight::math::Vec3;
 use vastlight::paging::MemorySource;
-use vastlight::scene::Scene;
+use vastlight::scene::{Mesh, Part, Scene};
 use vastlight::store::{PackConfig, StoreSize};
 use vastlight::transport::RenderSettings;
 use vastlight::{
@@ -24,6 +25,26 @@ pub(crate) fn options(scene: &str, texture_bytes: u64) -> LoadOptions {
     options.generate.triangles = (scene == "demo:statue").then_some(20_000);
     options.generate.texture_bytes = (scene == "demo:textured-hall").then_some(texture_bytes);
     options
+}
+
+/// A square in cells, whose points of two numbers from -1 to 1 stand where `place` says. Its front is where the second number grows
+/// to the left of the first.
+pub(crate) fn square(name: &str, material: u32, cells: u32, place: impl Fn(f32, f32) -> Vec3) -> Mesh {
+    let at = |i: u32| i as f32 / cells as f32 * 2.0 - 1.0;
+    let row = |y: u32| (0..=cells).map(move |x| [x, y]);
+    let corner = |x: u32, y: u32| y * (cells + 1) + x;
+    let cell = |i: u32| {
+        let (x, y) = (i % cells, i / cells);
+        let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+        [[a, b, c], [a, c, d]]
+    };
+    Mesh {
+        name: name.into(),
+        positions: (0..=cells).flat_map(row).map(|[x, y]| place(at(x), at(y))).collect(),
+        triangles: (0..cells * cells).flat_map(cell).collect(),
+        parts: vec![Part { first_triangle: 0, material }],
+        ..Mesh::default()
+    }
 }
 
 /// Whether proofs may take their time.

@@ -222,7 +222,7 @@ impl Motion for Movement {
         };
         let light = |(light, node): &(u32, usize)| (*light, node::to_f32(&without_scale(&places[*node])));
         Ok(Pose {
-            meshes: self.meshes.par_iter().map(|mesh| mesh.pose(&weights, &matrices)).collect(),
+            meshes: self.meshes.par_iter().map(|mesh| mesh.pose(weights, &matrices)).collect(),
             instances: self
                 .instances
                 .iter()
