@@ -150,9 +150,10 @@ pub(crate) struct SceneOptions {
     /// A clear sky with the sun at azimuth (from -z towards +x) and elevation, degrees
     #[arg(long, value_name = "AZ,EL", value_parser = crate::values::sun, allow_hyphen_values = true)]
     sun: Option<[f32; 2]>,
-    /// Changes to materials, lights and environment by name, a TOML file (see docs/overrides.md)
+    /// Changes to materials, lights and environment by name, a TOML file (see docs/overrides.md); may be given several times, the
+    /// last has the last word
     #[arg(long = "override", value_name = "FILE")]
-    overrides: Option<std::path::PathBuf>,
+    overrides: Vec<std::path::PathBuf>,
     /// Which of a glTF file's scenes, by name or number
     #[arg(long, value_name = "NAME")]
     file_scene: Option<String>,
@@ -185,24 +186,26 @@ impl SceneOptions {
         options.time = self.time;
         options.environment.clone_from(&self.env);
         options.sun = self.sun;
-        options.overrides = self.overrides.as_deref().map(vastlight::Overrides::read).transpose()?;
+        let overrides = self.overrides.iter().map(|path| vastlight::Overrides::read(path));
+        options.overrides = overrides.collect::<Result<_, _>>()?;
         Ok(options)
     }
 
     /// The same on a command line, but for the moment.
     pub(crate) fn words(&self) -> Vec<String> {
         let path = |path: &std::path::PathBuf| path.display().to_string();
+        let overrides = self.overrides.iter().map(|file| ("--override", Some(path(file))));
         let given = [
             ("--env", self.env.as_ref().map(path)),
             ("--sun", self.sun.map(|[azimuth, elevation]| format!("{azimuth},{elevation}"))),
-            ("--override", self.overrides.as_ref().map(path)),
             ("--file-scene", self.file_scene.clone()),
             ("--animation", self.animation.clone()),
             ("--sequence-fps", (self.sequence_fps != SEQUENCE_FPS).then(|| self.sequence_fps.to_string())),
             ("--triangles", self.triangles.map(|n| n.to_string())),
             ("--texture-bytes", self.texture_bytes.map(|n| n.to_string())),
         ];
-        given.into_iter().filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten().collect()
+        let given = given.into_iter().chain(overrides);
+        given.filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten().collect()
     }
 }
 

@@ -29,8 +29,8 @@ pub struct LoadOptions {
     pub sun: Option<[f32; 2]>,
     /// Read a store past the kernel's page cache, where the system can.
     pub bypass_kernel_cache: bool,
-    /// Changes to materials, lights and environment, applied last.
-    pub overrides: Option<Overrides>,
+    /// Changes to materials, lights and environment, applied last, one after the other.
+    pub overrides: Vec<Overrides>,
 }
 
 impl LoadOptions {
@@ -311,10 +311,7 @@ pub(crate) fn adapt(desc: &mut SceneDesc, options: &LoadOptions) -> Result<(), E
     if let Some(sun) = options.sun {
         environment::use_sun(desc, sun);
     }
-    if let Some(overrides) = &options.overrides {
-        overrides.apply(desc, &options.import.limits)?;
-    }
-    Ok(())
+    options.overrides.iter().try_for_each(|overrides| overrides.apply(desc, &options.import.limits))
 }
 
 /// The description of a scene as its file or generator gives it, unchecked and unchanged: of a file at rest, of a demo or a

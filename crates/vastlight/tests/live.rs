@@ -100,7 +100,7 @@ fn revised_scenes_are_those_opened_with_overrides() {
     session.revise(&overrides(&text(0.9))).expect("revised");
     session.revise(&overrides(&text(0.1))).expect("revised again: from the scene as it was opened");
     let picture = in_pieces(&mut session, &request).develop();
-    let options = LoadOptions { overrides: Some(overrides(&text(0.1))), ..LoadOptions::default() };
+    let options = LoadOptions { overrides: vec![overrides(&text(0.1))], ..LoadOptions::default() };
     assert_eq!(picture, rendered("demo:still-life", &options, &request));
     let plain = rendered("demo:still-life", &LoadOptions::default(), &request);
     assert_ne!(picture, plain);
@@ -121,7 +121,7 @@ fn what_moves_keeps_its_changed_looks() {
         assert!(session.movement().is_some());
         session.pose(0.5).expect("posed");
         let request = request(&session, 1);
-        let options = LoadOptions { overrides: Some(overrides), time: Some(0.5), ..LoadOptions::default() };
+        let options = LoadOptions { overrides: vec![overrides], time: Some(0.5), ..LoadOptions::default() };
         let picture = in_pieces(&mut session, &request).develop();
         assert_eq!(picture, rendered(source, &options, &request), "{source}");
     }

@@ -69,7 +69,7 @@ fn a_damaged_tile_ends_the_render_with_its_number() {
 fn overrides_that_tiles_do_not_serve_are_refused() {
     let overrides = "[materials.\"mosaic 3\"]\ntransmission = 1.0\nroughness = 0.0";
     let overrides = Overrides::parse(overrides, "a test").expect("reads");
-    let options = LoadOptions { overrides: Some(overrides), ..options() };
+    let options = LoadOptions { overrides: vec![overrides], ..options() };
     let error = opened(packed(4096), &options).expect_err("a pane with a texture").to_string();
     assert!(error.contains("mosaic 3"), "{error}");
 }

@@ -26,7 +26,7 @@ fn rendered(
     spp: u32,
     overrides: Option<&str>,
 ) -> vastlight::film::Picture {
-    let overrides = overrides.map(|text| Overrides::parse(text, "edits").expect("parsed"));
+    let overrides = overrides.iter().map(|text| Overrides::parse(text, "edits").expect("parsed")).collect();
     let open = open(source, &LoadOptions { overrides, ..LoadOptions::default() }).expect("opened");
     let camera = choice.resolve(&open.scene).expect("a camera");
     let request = RenderRequest::new(RenderSettings::new(camera, SMALL[0], SMALL[1]), spp);
