@@ -64,6 +64,29 @@ fn merged_parts_are_the_bytes_of_one_run() {
 }
 
 #[test]
+fn parts_of_a_picture_are_put_together() {
+    let photons =
+        "render demo:caustic-sphere --caustics photons --photons 3000 -r 80x50 --spp 2 --device cpu";
+    for scene in [SCENE, photons] {
+        let w = Workspace::new();
+        for output in ["whole.exr", "whole.vlc"] {
+            done(&w, &format!("{scene} -o {output}"));
+        }
+        for (number, crop) in ["0,0,30,50", "30,0,80,7", "30,7,80,50"].into_iter().enumerate() {
+            done(&w, &format!("{scene} --crop {crop} -o {number}.vlc"));
+        }
+        done(&w, "merge 2.vlc 0.vlc 1.vlc -o merged.exr");
+        assert!(w.bytes("merged.exr") == w.bytes("whole.exr"), "{scene}");
+        done(&w, "merge 2.vlc 1.vlc -o right.vlc");
+        done(&w, "merge right.vlc 0.vlc -o merged.vlc");
+        // Photons fly for each part: there are more rays.
+        assert!(w.bytes("merged.vlc") == w.bytes("whole.vlc") || scene == photons, "{scene}");
+        refused(&w, "merge 0.vlc 2.vlc -o x.exr", 3, "350 pixels");
+        assert!(!w.path("x.exr").exists());
+    }
+}
+
+#[test]
 fn an_open_shutter_is_part_of_a_picture() {
     let w = Workspace::new();
     let at = |shutter: f32| {
@@ -94,7 +117,7 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let others = [
         ("render demo:cornell -r 24x16 --spp 8 --device cpu --seed 1", "seed (0 and 1)"),
         ("render demo:cornell -r 25x16 --spp 8 --device cpu", "size (24 x 16 and 25 x 16)"),
-        ("render demo:cornell -r 24x16 --spp 8 --device cpu --crop 0,0,9,9", "crop"),
+        ("render demo:cornell -r 24x16 --spp 8 --device cpu --crop 0,0,9,9", "part"),
         ("render demo:cornell -r 24x16 --spp 8 --device cpu --max-depth 3", "depth (16 and 3)"),
         (
             "render demo:cornell -r 24x16 --spp 8 --device cpu --aov depth",

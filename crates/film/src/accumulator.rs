@@ -132,11 +132,10 @@ impl Accumulator {
     /// Adds all samples of `other`. In any order and grouping the sums are the same bits as if they were of one run.
     ///
     /// # Errors
-    /// The two are of different recipes, have samples in common, or not the same samples in all pixels.
+    /// The two are of different recipes or parts of a picture, have samples in common, or not the same samples in all pixels. Then
+    /// nothing is changed.
     pub fn merge(&mut self, other: &Self) -> Result<(), FilmError> {
-        if let Some(difference) = self.recipe.difference(&other.recipe) {
-            return Err(FilmError::mismatch(format!("it is of another render, by its {difference}")));
-        }
+        self.check_kin(other)?;
         for sums in [&*self, other] {
             sums.check_even()?;
         }
@@ -152,6 +151,46 @@ impl Accumulator {
         self.counters.add(&other.counters);
         self.samples.extend(other.samples.ranges().iter().cloned());
         Ok(())
+    }
+
+    /// Puts other parts of the picture beside this one; all of them fill `window`.
+    pub(crate) fn join(&mut self, others: Vec<Self>, window: Window) -> Result<(), FilmError> {
+        self.check_even()?;
+        for other in &others {
+            other.check_even()?;
+            if other.samples != self.samples {
+                let (a, b) = (&self.samples, &other.samples);
+                return Err(FilmError::mismatch(format!("a part has passes {b}, another has {a}")));
+            }
+        }
+        self.blocks = Blocks::new(window);
+        self.blocks.add(&[window], self.samples.len());
+        for other in others {
+            self.counters.add(&other.counters);
+            self.film.join(other.film, window);
+        }
+        Ok(())
+    }
+
+    /// The part of the picture that the sums are of.
+    #[must_use]
+    pub fn window(&self) -> Window {
+        self.film.settings().window
+    }
+
+    /// Refuses sums of another render, whatever part and passes they are of.
+    pub(crate) fn check_kin(&self, other: &Self) -> Result<(), FilmError> {
+        let settings = self.film.settings();
+        let same_window = FilmSettings { window: settings.window, ..other.film.settings().clone() };
+        match self.recipe.difference(&other.recipe) {
+            Some(difference) => {
+                Err(FilmError::mismatch(format!("it is of another render, by its {difference}")))
+            }
+            None if !settings.records_the_same(&same_window) => {
+                Err(FilmError::mismatch("it is of another size, or has other auxiliary outputs"))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Refuses sums that do not have the same samples in all pixels.

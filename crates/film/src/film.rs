@@ -164,12 +164,18 @@ impl Film {
     /// # Errors
     /// If the two films do not record the same thing in the same tiles.
     pub fn merge(&mut self, other: &Self) -> Result<(), FilmError> {
-        let settings = &self.settings;
-        if !settings.records_the_same(&other.settings) || settings.tile_size != other.settings.tile_size {
+        let windows = |film: &Self| film.tiles.iter().map(FilmTile::window).collect::<Vec<_>>();
+        if !self.settings.records_the_same(&other.settings) || windows(self) != windows(other) {
             return Err(FilmError::mismatch("the films differ in size, window, tiles or AOVs"));
         }
         self.tiles.iter_mut().zip(&other.tiles).for_each(|(a, b)| a.merge(b));
         Ok(())
+    }
+
+    /// Puts tiles of other pixels beside those that are there; the film is of `window` then.
+    pub(crate) fn join(&mut self, other: Self, window: Window) {
+        self.settings.window = window;
+        self.tiles.extend(other.tiles);
     }
 
     /// The mean of the samples of every pixel, linear; black where there are none. The mattes name the ids of the

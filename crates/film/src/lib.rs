@@ -3,7 +3,8 @@
 //! A [`Film`] is a grid of [`FilmTile`]s. Tiles take samples in exact fixed-point arithmetic ([`Exact`]), so neither the
 //! order of samples, nor the order of tiles, nor the grouping of merged films changes a bit. [`Film::develop`] turns
 //! sums into a [`Picture`] of linear f32 planes, which [`write_exr`] and [`write_png`] put into files. An [`Accumulator`] is a film
-//! under way: it knows which samples it has, goes into a file ([`write_sums`]), is taken up again and added to others.
+//! under way: it knows which samples it has, goes into a file ([`write_sums`]), is taken up again and added to others; a [`Mosaic`] puts
+//! parts of a picture together.
 
 mod accumulator;
 mod aov;
@@ -17,6 +18,7 @@ mod exr_header;
 mod exr_write;
 mod film;
 mod fixed;
+mod mosaic;
 mod noise;
 mod picture;
 mod png_write;
@@ -37,6 +39,7 @@ pub use error::FilmError;
 pub use exr_write::{encode_exr, write_exr};
 pub use film::{Film, FilmSettings, Window};
 pub use fixed::{Exact, ExactUnit};
+pub use mosaic::Mosaic;
 pub use noise::{is_look, next_look};
 pub use picture::{Picture, Plane};
 pub use png_write::{BitDepth, PngOptions, encode_png, quantise, write_png};

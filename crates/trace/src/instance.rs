@@ -165,7 +165,7 @@ fn norm(m: DMat3) -> f64 {
 }
 
 /// Halvings of a way after which a bound of its spread is given up.
-const MOST_HALVINGS: u32 = 6;
+const MOST_HALVINGS: u32 = 12;
 
 /// A bound of the spread of all `(1 - w) a + w b`, or infinity: found on the halves of the way where it turns far.
 ///

@@ -140,11 +140,16 @@ impl RenderSettings {
         }
     }
 
+    /// All pixels of the picture, whatever the crop is.
+    #[must_use]
+    pub fn whole(&self) -> Tile {
+        Tile { min: [0, 0], max: [self.width, self.height] }
+    }
+
     /// The rendered pixels: the crop, cut to the picture.
     #[must_use]
     pub fn region(&self) -> Tile {
-        let whole = Tile { min: [0, 0], max: [self.width, self.height] };
-        self.crop.map_or(whole, |c| Tile {
+        self.crop.map_or(self.whole(), |c| Tile {
             min: [c.min[0].min(self.width), c.min[1].min(self.height)],
             max: [c.max[0].min(self.width), c.max[1].min(self.height)],
         })

@@ -45,7 +45,7 @@ pub(crate) fn restore(
     }
     let settings = new.film().settings();
     if !file.settings().records_the_same(settings) {
-        return refuse("the checkpoint is of another picture".into());
+        return refuse("the checkpoint is of another part of the picture".into());
     }
     if file.samples().beyond(wanted).is_some() {
         let (has, asked) = (file.samples(), SampleSet::from(wanted.clone()));

@@ -159,7 +159,7 @@ pub(crate) fn budget_bytes(memory: Option<u64>) -> u64 {
 
 /// Bytes of the photons of a pass, on their way, landed, sorted and indexed.
 pub(crate) fn photon_bytes(settings: &RenderSettings) -> u64 {
-    let pixels = settings.region().pixels();
+    let pixels = settings.whole().pixels();
     let photons = settings.caustics.map_or(0, |caustics| caustics.count(pixels));
     u64::from(photons) * BYTES_PER_PHOTON + if photons > 0 { TRIAL_BYTES } else { 0 }
 }

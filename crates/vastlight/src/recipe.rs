@@ -3,7 +3,7 @@
 use crate::fingerprint::fingerprint;
 use crate::{Error, OpenScene, RenderRequest};
 use vastlight_film::{Aov, Recipe};
-use vastlight_transport::{RenderSettings, Tile};
+use vastlight_transport::RenderSettings;
 
 /// The recipe of a request on the graphics processor of this name, or on the CPU. What does not change a bit is not in it: threads,
 /// memory, structures, the number of samples.
@@ -15,6 +15,7 @@ pub(crate) fn recipe(
     let RenderSettings {
         width,
         height,
+        // The film says which part it is.
         crop: _,
         camera,
         camera_keys,
@@ -27,14 +28,12 @@ pub(crate) fn recipe(
         caustics,
         ao_distance,
     } = &request.settings;
-    let Tile { min, max } = request.settings.region();
     let aovs = Aov::ALL.into_iter().filter(|aov| request.aovs.contains(aov));
     let aovs: Vec<&str> = aovs.map(Aov::name).collect();
     Ok(Recipe::default()
         .with("program", env!("CARGO_PKG_VERSION"))
         .with("scene", fingerprint(open)?)
         .with("size", format!("{width} x {height}"))
-        .with("crop", format!("{},{} to {},{}", min[0], min[1], max[0], max[1]))
         .with("seed", seed)
         .with("integrator", format!("{integrator:?}"))
         .with("depth", max_depth)

@@ -7,12 +7,13 @@ use clap::Args;
 use std::path::PathBuf;
 use vastlight::{Error, merge_sums};
 
-/// Add sums of passes (.vlc, from `render --passes A-B -o FILE.vlc`): the bits of one run, in any order
+/// Add sums of passes, and put sums of parts side by side (.vlc, from `render --passes A-B -o FILE.vlc` or `render --crop ... -o FILE.vlc`): the bits
+/// of one run, in any order
 ///
 /// A single file may also be a checkpoint of a picture under way.
 #[derive(Args, Debug)]
 pub(crate) struct Merge {
-    /// Sums of the same picture, of different passes
+    /// Sums of the same picture, of different passes or parts
     #[arg(required = true, value_name = "FILE.vlc")]
     sums: Vec<PathBuf>,
     /// A picture (.png or .exr), or sums again (.vlc)

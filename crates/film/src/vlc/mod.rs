@@ -10,5 +10,8 @@ mod write;
 #[cfg(test)]
 mod tests;
 
+/// Stands for the path of what is in no file.
+const IN_MEMORY: &str = "sums in memory";
+
 pub use read::SumsFile;
 pub use write::write_sums;

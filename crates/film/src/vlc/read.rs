@@ -1,5 +1,6 @@
 //! Reading sums: nothing that a file says is believed before it is checked, and nothing is allocated that the file does not hold.
 
+use super::IN_MEMORY;
 use super::header::{BYTES, CRC_BYTES, Header};
 use super::notes::{self, Notes};
 use super::number::Number;
@@ -64,6 +65,19 @@ impl SumsFile {
     pub fn load(mut self, tile_size: u32) -> Result<Accumulator, FilmError> {
         let sums = body(&mut self.input, &self.header, self.notes, tile_size);
         sums.map_err(|e| FilmError::read(&self.path, e))
+    }
+}
+
+impl Accumulator {
+    /// Reads the bytes of a file of sums into tiles of `tile_size` pixels.
+    ///
+    /// # Errors
+    /// If they are damaged.
+    pub fn from_bytes(mut bytes: &[u8], tile_size: u32) -> Result<Self, FilmError> {
+        let length = bytes.len() as u64;
+        let sums =
+            front(&mut bytes, length).and_then(|(header, notes)| body(&mut bytes, &header, notes, tile_size));
+        sums.map_err(|e| FilmError::read(IN_MEMORY.as_ref(), e))
     }
 }
 

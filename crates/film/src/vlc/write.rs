@@ -1,5 +1,6 @@
 //! Writing sums.
 
+use super::IN_MEMORY;
 use super::header::{Header, planes_of};
 use super::notes;
 use super::number::Number;
@@ -15,6 +16,18 @@ use std::path::Path;
 /// If the file cannot be written, a full disk included.
 pub fn write_sums(path: &Path, sums: &Accumulator) -> Result<(), FilmError> {
     write_atomically(path, |out| to_writer(out, sums))
+}
+
+impl Accumulator {
+    /// The bytes of a file of these sums.
+    ///
+    /// # Errors
+    /// The names of objects and materials are too long.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, FilmError> {
+        let mut bytes = Vec::new();
+        let written = to_writer(&mut bytes, self);
+        written.map(|()| bytes).map_err(|error| FilmError::write(IN_MEMORY.as_ref(), error))
+    }
 }
 
 pub(super) fn to_writer(out: &mut dyn Write, sums: &Accumulator) -> io::Result<()> {

@@ -40,7 +40,7 @@ impl Renderer<'_> {
         let mut wave = Wave::default();
         wave.walk_through(self.walk()?);
         let seen = Seen::new(&self.context(None), wave)?;
-        let photons = settings.count(self.settings().region().pixels());
+        let photons = settings.count(self.settings().whole().pixels());
         PhotonPlan::new(cells, &seen, settings, (photons, size), |departure| Ok(self.fly(departure)?.0))
             .map(Some)
     }

@@ -43,13 +43,12 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
-    /// Looks around.
+    /// Looks around from all of the picture: photons of a crop are those of the whole.
     pub(crate) fn new(context: &Context<'_>, wave: Wave) -> Result<Self, PageError> {
-        let region = context.settings.region();
-        let step = (region.width().max(region.height()) / PATHS).max(1);
-        let columns = (region.min[0]..region.max[0]).step_by(step as usize);
-        let pixels =
-            columns.flat_map(|x| (region.min[1]..region.max[1]).step_by(step as usize).map(move |y| [x, y]));
+        let (width, height) = (context.settings.width, context.settings.height);
+        let step = (width.max(height) / PATHS).max(1) as usize;
+        let columns = (0..width).step_by(step);
+        let pixels = columns.flat_map(|x| (0..height).step_by(step).map(move |y| [x, y]));
         let looking = Looking::default();
         let mut waves = Shaded { wave, shade: &looking };
         let runs = pixels.map(|pixel| Run { pixel, samples: SAMPLE..SAMPLE + 1 });
