@@ -29,9 +29,14 @@ const state = { id: null, steering: false, view: null, scene: null, picked: null
 // When inputs were made whose pictures are not there yet, and what came of those that are: for the plot, and for measurements.
 const waiting = [];
 const measured = { latencies: [], pictures: 0, bytes: 0, first: null, opened: performance.now() };
-window.vastlight = { measured, state, camera };
+window.vastlight = { measured, state, camera, open };
 
 // Speaking to the server
+
+function open(source) {
+  measured.opened = performance.now();
+  link.send({ do: "open", source });
+}
 
 function want(command) {
   if (state.steering) link.send(command);
@@ -296,7 +301,7 @@ const actions = {
 };
 
 const panel = new Panel($("panel"), want, actions);
-const scenes = new Scenes(link, (source) => link.send({ do: "open", source }));
+const scenes = new Scenes(link, open);
 pointer.listen(canvas, camera, { moved, clicked: pick });
 keys.listen(canvas, camera, actions);
 keys.fillList($("key-list"));
