@@ -10,5 +10,5 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-pub use read::SumsFile;
-pub use write::write_sums;
+pub use read::{SumsFile, decode_sums};
+pub use write::{encode_sums, write_sums};

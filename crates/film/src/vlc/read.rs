@@ -67,6 +67,17 @@ impl SumsFile {
     }
 }
 
+/// The sums in the bytes of a file, in tiles of `tile_size` pixels; `place` names them in messages.
+///
+/// # Errors
+/// If they are no file of sums, of another version, or damaged.
+pub fn decode_sums(mut bytes: &[u8], tile_size: u32, place: &str) -> Result<Accumulator, FilmError> {
+    let length = bytes.len() as u64;
+    let sums =
+        front(&mut bytes, length).and_then(|(header, notes)| body(&mut bytes, &header, notes, tile_size));
+    sums.map_err(|e| FilmError::read(Path::new(place), e))
+}
+
 fn damaged(what: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, what.into())
 }

@@ -17,6 +17,16 @@ pub fn write_sums(path: &Path, sums: &Accumulator) -> Result<(), FilmError> {
     write_atomically(path, |out| to_writer(out, sums))
 }
 
+/// The bytes of a file of sums.
+///
+/// # Errors
+/// If names of objects and materials are too long.
+pub fn encode_sums(sums: &Accumulator) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    to_writer(&mut bytes, sums)?;
+    Ok(bytes)
+}
+
 pub(super) fn to_writer(out: &mut dyn Write, sums: &Accumulator) -> io::Result<()> {
     let (film, notes) = (&sums.film, notes::to_bytes(sums));
     let too_long = || io::Error::other("the names of objects and materials are more than 4 GiB");
