@@ -69,11 +69,7 @@ pub(crate) struct Common {
 impl Common {
     /// How files are opened within the memory budget.
     pub(crate) fn load_options(&self) -> vastlight::LoadOptions {
-        let mut options = vastlight::LoadOptions::default();
-        let images = &mut options.import.limits.all_images_bytes;
-        let machine = vastlight::default_budget_bytes().unwrap_or(u64::MAX);
-        *images = self.memory.unwrap_or_else(|| machine.min(*images));
-        options
+        vastlight::LoadOptions::within(self.memory)
     }
 }
 
@@ -199,11 +195,6 @@ impl SceneArguments {
     /// How the scene is opened.
     pub(crate) fn options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
         self.options.load_options(common)
-    }
-
-    /// Whether the scene is a store.
-    pub(crate) fn is_store(&self) -> bool {
-        vastlight::is_store(&self.scene)
     }
 
     /// The moment that was asked for.

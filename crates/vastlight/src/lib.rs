@@ -53,7 +53,7 @@ mod textures;
 
 pub use blurred::{ShutterFigures, measure_shutter};
 pub use budget::check_fits;
-pub use cached::{CachedStore, cached_store};
+pub use cached::{CachedStore, cached_store, open_within};
 pub use camera::CameraChoice;
 pub use check::check_request;
 pub use checkpoint::Checkpoint;
@@ -75,7 +75,7 @@ pub use overrides::Overrides;
 pub use pack::{PackControl, PackProgress, pack, pack_within};
 pub use paged::{PagingRequest, StoredMemory, stored_memory};
 pub use picture::{default_size, photon_settings};
-pub use rays::RayHits;
+pub use rays::{RayArray, RayHits};
 pub use render::{Control, Progress, RenderRequest, Rendered, Snapshot, render};
 pub use session::Session;
 pub use shutter::Exposure;

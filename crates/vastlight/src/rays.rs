@@ -2,21 +2,24 @@
 
 use crate::{Error, OpenScene, RenderRequest, Session, paged};
 use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 use vastlight_math::{Affine3, Mat3, Ray, Vec3};
 use vastlight_scene::Scene;
-use vastlight_trace::Hit;
 use vastlight_trace::paged::{CachePager, Caches, Found, PagedBatch};
 use vastlight_trace::sort::{RaySorter, SortRays};
+use vastlight_trace::{Hit, Tracer};
 use vastlight_transport::{PagesError, RenderSettings};
 
 /// Rays that one thread takes at a time.
 const CHUNK: usize = 8192;
-/// Rays for which buffers are kept.
-const KEPT: usize = 1 << 22;
+/// Rays that are in memory at a time.
+const TOGETHER: usize = 1 << 22;
 
 /// Memory that is used again.
 #[derive(Debug, Default)]
 pub(crate) struct RayBuffers {
+    rays: Vec<Ray>,
     sorter: RaySorter,
     hits: Vec<Hit>,
 }
@@ -41,7 +44,7 @@ pub struct RayHits {
 type Rows<'a> = ((&'a mut [f32], &'a mut [i32]), (&'a mut [i32], &'a mut [[f32; 2]]), &'a mut [[f32; 3]]);
 
 impl RayHits {
-    fn misses(count: usize) -> Self {
+    fn new(count: usize) -> Self {
         Self {
             t: vec![0.0; count],
             prim: vec![0; count],
@@ -51,15 +54,13 @@ impl RayHits {
         }
     }
 
-    /// Parts of so many rows.
-    fn chunks(&mut self) -> impl IndexedParallelIterator<Item = Rows<'_>> {
+    /// Parts of the rows of some rays.
+    fn chunks(&mut self, rows: Range<usize>) -> impl IndexedParallelIterator<Item = Rows<'_>> {
         let Self { t, prim, instance, uv, normal } = self;
-        let first = t.par_chunks_mut(CHUNK).zip(prim.par_chunks_mut(CHUNK));
-        let second = instance.par_chunks_mut(CHUNK).zip(uv.par_chunks_mut(CHUNK));
-        first
-            .zip(second)
-            .zip(normal.par_chunks_mut(CHUNK))
-            .map(|((first, second), normal)| (first, second, normal))
+        let first = t[rows.clone()].par_chunks_mut(CHUNK).zip(prim[rows.clone()].par_chunks_mut(CHUNK));
+        let second = instance[rows.clone()].par_chunks_mut(CHUNK).zip(uv[rows.clone()].par_chunks_mut(CHUNK));
+        let third = normal[rows].par_chunks_mut(CHUNK);
+        first.zip(second).zip(third).map(|((first, second), normal)| (first, second, normal))
     }
 }
 
@@ -120,27 +121,60 @@ fn request_for(scene: &Scene, memory: Option<u64>) -> RenderRequest {
     request
 }
 
+/// An array of rays.
+#[derive(Debug)]
+pub struct RayArray<'a, F> {
+    /// How many there are.
+    pub count: usize,
+    /// A ray by its number.
+    pub ray: F,
+    /// Memory for a scene in a store, bytes; `None` for the default budget.
+    pub memory: Option<u64>,
+    /// Set to stop: rays that were not traced have no answers then.
+    pub cancel: &'a AtomicBool,
+}
+
+impl<F: Fn(usize) -> Ray + Sync> RayArray<'_, F> {
+    /// Hands parts of the rays to `trace`, with their numbers.
+    fn parts(
+        &self,
+        rays: &mut Vec<Ray>,
+        mut trace: impl FnMut(&[Ray], Range<usize>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        for start in (0..self.count).step_by(TOGETHER) {
+            if self.cancel.load(Ordering::Relaxed) {
+                break;
+            }
+            let part = start..self.count.min(start + TOGETHER);
+            part.clone().into_par_iter().with_min_len(CHUNK).map(&self.ray).collect_into_vec(rays);
+            trace(rays, part)?;
+        }
+        Ok(())
+    }
+}
+
 impl Session {
-    /// The closest hits of rays with all threads of the current pool, of a scene in a store within `memory` bytes (none for the default
-    /// budget). Structures are built if there are none. Every surface counts, whatever its material's alpha.
+    /// The closest hits of rays with all threads of the current pool. Structures are built if there are none. Every surface counts,
+    /// whatever its material's alpha.
     ///
     /// # Errors
     /// The structures cannot be built, or a page of a store cannot be had.
-    pub fn trace(&mut self, rays: &[Ray], memory: Option<u64>) -> Result<RayHits, Error> {
-        let request = request_for(&self.open().scene, memory);
-        let mut answers = RayHits::misses(rays.len());
-        if self.open().stored.is_some() {
-            paged::pool(&request.paging)?.install(|| self.trace_paged(rays, &request, &mut answers))?;
-            return Ok(answers);
-        }
-        let RayBuffers { mut sorter, mut hits } = std::mem::take(&mut self.rays);
-        hits.resize(rays.len(), Hit::MISS);
-        let (open, tracer, _) = self.structures(&request)?;
-        sorter.closest(tracer, SortRays::Auto, rays, &mut hits);
-        fill(&open.scene, &hits, &mut answers);
-        if rays.len() <= KEPT {
-            self.rays = RayBuffers { sorter, hits };
-        }
+    pub fn trace(&mut self, array: &RayArray<'_, impl Fn(usize) -> Ray + Sync>) -> Result<RayHits, Error> {
+        let mut answers = RayHits::new(array.count);
+        let mut buffers = std::mem::take(&mut self.rays);
+        let RayBuffers { rays, sorter, hits } = &mut buffers;
+        self.with_structures(array.memory, |open, tracer, caches| match caches {
+            None => array.parts(rays, |rays, part| {
+                hits.resize(rays.len(), Hit::MISS);
+                sorter.closest(tracer, SortRays::Auto, rays, hits);
+                fill(&open.scene, hits, answers.chunks(part));
+                Ok(())
+            }),
+            Some(caches) => {
+                array.parts(rays, |rays, part| trace_paged(open, tracer, caches, rays, answers.chunks(part)))
+            }
+        })?;
+        self.rays = buffers;
         Ok(answers)
     }
 
@@ -148,56 +182,70 @@ impl Session {
     ///
     /// # Errors
     /// Those of [`Session::trace`].
-    pub fn occluded(&mut self, rays: &[Ray], memory: Option<u64>) -> Result<Vec<bool>, Error> {
-        let request = request_for(&self.open().scene, memory);
-        let mut occluded = vec![false; rays.len()];
-        if self.open().stored.is_some() {
-            paged::pool(&request.paging)?.install(|| self.occluded_paged(rays, &request, &mut occluded))?;
-            return Ok(occluded);
-        }
-        let mut sorter = std::mem::take(&mut self.rays.sorter);
-        let (_, tracer, _) = self.structures(&request)?;
-        sorter.occluded(tracer, SortRays::Auto, rays, &mut occluded);
-        if rays.len() <= KEPT {
-            self.rays.sorter = sorter;
-        }
+    pub fn occluded(
+        &mut self,
+        array: &RayArray<'_, impl Fn(usize) -> Ray + Sync>,
+    ) -> Result<Vec<bool>, Error> {
+        let mut occluded = vec![false; array.count];
+        let mut buffers = std::mem::take(&mut self.rays);
+        let RayBuffers { rays, sorter, .. } = &mut buffers;
+        self.with_structures(array.memory, |_, tracer, caches| {
+            array.parts(rays, |rays, part| match caches {
+                None => {
+                    sorter.occluded(tracer, SortRays::Auto, rays, &mut occluded[part]);
+                    Ok(())
+                }
+                Some(caches) => occluded_paged(tracer, caches, rays, &mut occluded[part]),
+            })
+        })?;
+        self.rays = buffers;
         Ok(occluded)
     }
 
-    fn trace_paged(
+    /// Hands the structures to `trace`, of a scene in a store on threads of which some wait for pages.
+    fn with_structures(
         &mut self,
-        rays: &[Ray],
-        request: &RenderRequest,
-        answers: &mut RayHits,
+        memory: Option<u64>,
+        trace: impl FnOnce(&OpenScene, &Tracer, Option<&Caches>) -> Result<(), Error> + Send,
     ) -> Result<(), Error> {
-        let (OpenScene { scene, .. }, tracer, caches) = self.structures(request)?;
-        let Some(caches) = caches else { return Ok(()) };
-        let chunks = rays.par_chunks(CHUNK).zip(answers.chunks()).with_max_len(1);
-        chunks.try_for_each(|(rays, mut rows)| {
-            let mut facing = Facing::new(scene);
-            through(caches, |batch, pager| {
-                batch.closest(tracer, pager, rays, None, |row, hit: &Hit, found: &Found| {
-                    let normal =
-                        if hit.is_hit() { facing.of(hit.instance, found.corners) } else { Vec3::ZERO };
-                    put(&mut rows, row, hit, normal);
-                })
+        let request = request_for(&self.open().scene, memory);
+        let is_stored = self.open().stored.is_some();
+        let here = || {
+            let (open, tracer, caches) = self.structures(&request)?;
+            trace(open, tracer, caches)
+        };
+        if is_stored { paged::pool(&request.paging)?.install(here) } else { here() }
+    }
+}
+
+fn trace_paged<'a>(
+    OpenScene { scene, .. }: &OpenScene,
+    tracer: &Tracer,
+    caches: &Caches,
+    rays: &[Ray],
+    answers: impl IndexedParallelIterator<Item = Rows<'a>>,
+) -> Result<(), Error> {
+    rays.par_chunks(CHUNK).zip(answers).with_max_len(1).try_for_each(|(rays, mut rows)| {
+        let mut facing = Facing::new(scene);
+        through(caches, |batch, pager| {
+            batch.closest(tracer, pager, rays, None, |row, hit: &Hit, found: &Found| {
+                let normal = if hit.is_hit() { facing.of(hit.instance, found.corners) } else { Vec3::ZERO };
+                put(&mut rows, row, hit, normal);
             })
         })
-    }
+    })
+}
 
-    fn occluded_paged(
-        &mut self,
-        rays: &[Ray],
-        request: &RenderRequest,
-        occluded: &mut [bool],
-    ) -> Result<(), Error> {
-        let (_, tracer, caches) = self.structures(request)?;
-        let Some(caches) = caches else { return Ok(()) };
-        let chunks = rays.par_chunks(CHUNK).zip(occluded.par_chunks_mut(CHUNK)).with_max_len(1);
-        chunks.try_for_each(|(rays, occluded)| {
-            through(caches, |batch, pager| batch.occluded(tracer, pager, rays, None, occluded))
-        })
-    }
+fn occluded_paged(
+    tracer: &Tracer,
+    caches: &Caches,
+    rays: &[Ray],
+    occluded: &mut [bool],
+) -> Result<(), Error> {
+    let chunks = rays.par_chunks(CHUNK).zip(occluded.par_chunks_mut(CHUNK)).with_max_len(1);
+    chunks.try_for_each(|(rays, occluded)| {
+        through(caches, |batch, pager| batch.occluded(tracer, pager, rays, None, occluded))
+    })
 }
 
 /// Traces a batch through the caches over a store.
@@ -213,8 +261,8 @@ where
 }
 
 /// Hits in memory as rows.
-fn fill(scene: &Scene, hits: &[Hit], answers: &mut RayHits) {
-    hits.par_chunks(CHUNK).zip(answers.chunks()).for_each(|(hits, mut rows)| {
+fn fill<'a>(scene: &Scene, hits: &[Hit], answers: impl IndexedParallelIterator<Item = Rows<'a>>) {
+    hits.par_chunks(CHUNK).zip(answers).for_each(|(hits, mut rows)| {
         let mut facing = Facing::new(scene);
         for (row, hit) in hits.iter().enumerate() {
             put(&mut rows, row, hit, facing.of_hit(hit));

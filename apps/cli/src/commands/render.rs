@@ -20,9 +20,9 @@ use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CachedStore, CameraChoice, Control, Denoising, Ending, Error, ErrorClass, Exposure, LoadOptions,
-    OpenScene, PackControl, PackProgress, RenderRequest, Rendered, Session, Snapshot, Stats, cached_store,
-    check_fits, check_request, human_bytes, photon_settings,
+    CameraChoice, Control, Denoising, Ending, Error, ErrorClass, Exposure, OpenScene, PackControl,
+    PackProgress, RenderRequest, Rendered, Session, Snapshot, Stats, check_request, human_bytes, open_within,
+    photon_settings,
 };
 
 /// The arguments of `render`.
@@ -235,24 +235,9 @@ impl Render {
         reporter: &Reporter,
         start: Instant,
     ) -> Result<OpenScene, Error> {
-        if self.scene.is_store() {
-            return self.scene.open(common);
-        }
-        let Some(cache) = self.cache_dir.as_deref() else {
-            check_fits(&self.scene.scene, &self.scene.options(common)?, common.memory)?;
-            return self.scene.open(common);
-        };
         let progress = |p: &PackProgress| reporter.update_pack(p, start.elapsed());
         let control = PackControl { memory: common.memory, cancel, progress: &progress };
-        let store = cached_store(&self.scene.scene, &self.scene.options(common)?, cache, control)?;
-        match store {
-            // What options change is in the store already.
-            Some(CachedStore { path, time }) => {
-                let options = LoadOptions { time, ..common.load_options() };
-                vastlight::open(&path.display().to_string(), &options)
-            }
-            None => self.scene.open(common),
-        }
+        open_within(self.scene.name(), &self.scene.options(common)?, self.cache_dir.as_deref(), control)
     }
 }
 
