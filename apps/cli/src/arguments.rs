@@ -50,7 +50,7 @@ pub(crate) struct Common {
     pub(crate) memory: Option<u64>,
     /// Device to compute on; see `vastlight devices`. auto takes a graphics card where there is one, gpu also a software
     /// adapter
-    #[arg(long, global = true, value_name = "auto|cpu|gpu[:N]", default_value = "auto", value_parser = device)]
+    #[arg(long, global = true, value_name = "auto|cpu|gpu[:N]", default_value = "auto")]
     pub(crate) device: Device,
     /// Most memory on a graphics processor, such as 4GiB [default: what it has]
     #[arg(long, global = true, value_name = "SIZE", value_parser = parse_bytes)]
@@ -69,25 +69,7 @@ pub(crate) struct Common {
 impl Common {
     /// How files are opened within the memory budget.
     pub(crate) fn load_options(&self) -> vastlight::LoadOptions {
-        let mut options = vastlight::LoadOptions::default();
-        let images = &mut options.import.limits.all_images_bytes;
-        let machine = vastlight::default_budget_bytes().unwrap_or(u64::MAX);
-        *images = self.memory.unwrap_or_else(|| machine.min(*images));
-        options
-    }
-}
-
-fn device(text: &str) -> Result<Device, String> {
-    match text {
-        "auto" => Ok(Device::Auto),
-        "cpu" => Ok(Device::Cpu),
-        "gpu" => Ok(Device::Gpu(None)),
-        _ => {
-            let number = text.strip_prefix("gpu:").and_then(|number| number.parse().ok());
-            let number =
-                number.ok_or("known are auto, cpu, gpu and gpu:N with a number of `vastlight devices`")?;
-            Ok(Device::Gpu(Some(number)))
-        }
+        vastlight::LoadOptions::within(self.memory)
     }
 }
 
@@ -213,11 +195,6 @@ impl SceneArguments {
     /// How the scene is opened.
     pub(crate) fn options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
         self.options.load_options(common)
-    }
-
-    /// Whether the scene is a store.
-    pub(crate) fn is_store(&self) -> bool {
-        vastlight::is_store(&self.scene)
     }
 
     /// The moment that was asked for.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::time::Duration;
 use vastlight::accel::cluster::Heuristic;
+use vastlight::default_size;
 use vastlight::math::Vec3;
 use vastlight::trace::UpdateMethod;
 use vastlight::transport::photon::SearchKind;
@@ -13,26 +14,23 @@ use vastlight::transport::{PixelFilter, Tile};
 pub(crate) enum Resolution {
     /// Width and height.
     Exact(u32, u32),
-    /// Height; the width follows from the camera's shape, or 16:9.
-    Rows(u32),
+    /// Height, or the usual one; the width follows from the camera's shape, or 16:9.
+    Rows(Option<u32>),
     /// Part of the default size.
     Scale(f32),
 }
 
-/// Rows of a picture whose size nobody asked for.
-const DEFAULT_ROWS: u32 = 720;
 /// Largest edge of a picture.
 const LARGEST_EDGE: u32 = 65_536;
 
 impl Resolution {
     /// Width and height for a camera with the given shape.
     pub(crate) fn size(self, aspect: Option<f32>) -> (u32, u32) {
-        let of_rows = |rows: u32| (columns(rows, aspect), rows);
         match self {
             Self::Exact(width, height) => (width, height),
-            Self::Rows(rows) => of_rows(rows),
+            Self::Rows(rows) => default_size(rows, aspect),
             Self::Scale(scale) => {
-                let (width, height) = of_rows(DEFAULT_ROWS);
+                let (width, height) = default_size(None, aspect);
                 let scaled = |n: u32| ((n as f32 * scale).round() as u32).clamp(1, LARGEST_EDGE);
                 (scaled(width), scaled(height))
             }
@@ -40,14 +38,9 @@ impl Resolution {
     }
 }
 
-fn columns(rows: u32, aspect: Option<f32>) -> u32 {
-    let aspect = aspect.filter(|a| a.is_finite() && *a > 0.0).unwrap_or(16.0 / 9.0);
-    ((rows as f32 * aspect).round() as u32).clamp(1, LARGEST_EDGE)
-}
-
 impl Default for Resolution {
     fn default() -> Self {
-        Self::Rows(DEFAULT_ROWS)
+        Self::Rows(None)
     }
 }
 
@@ -62,9 +55,9 @@ pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
     if let Some((width, height)) = text.split_once('x') {
         Ok(Resolution::Exact(edge(width)?, edge(height)?))
     } else if let Some(rows) = text.strip_suffix('p') {
-        edge(rows).map(Resolution::Rows)
+        edge(rows).map(|rows| Resolution::Rows(Some(rows)))
     } else if text == "4k" {
-        Ok(Resolution::Rows(2160))
+        Ok(Resolution::Rows(Some(2160)))
     } else {
         let percent: f32 = text.strip_suffix('%').and_then(|t| t.parse().ok()).ok_or_else(expected)?;
         if percent > 0.0 && percent <= 1000.0 {
@@ -222,21 +215,7 @@ pub(crate) fn passes(text: &str) -> Result<Range<u32>, String> {
 
 /// `box`, `triangle`, `gaussian` or `blackman-harris`, with a radius in pixels after a colon if wanted.
 pub(crate) fn filter(text: &str) -> Result<PixelFilter, String> {
-    let (name, radius) = match text.split_once(':') {
-        Some((name, radius)) => (name, Some(finite(radius)?)),
-        None => (text, None),
-    };
-    if radius.is_some_and(|r| !(0.1..=16.0).contains(&r)) {
-        return Err("the radius is 0.1 to 16 pixels".into());
-    }
-    match name {
-        "box" if radius.is_none() => Ok(PixelFilter::Box),
-        "box" => Err("the box has no radius".into()),
-        "triangle" => Ok(PixelFilter::Triangle { radius: radius.unwrap_or(1.0) }),
-        "gaussian" => Ok(PixelFilter::Gaussian { radius: radius.unwrap_or(1.5) }),
-        "blackman-harris" => Ok(PixelFilter::BlackmanHarris { radius: radius.unwrap_or(1.5) }),
-        _ => Err("known are box, triangle, gaussian and blackman-harris".into()),
-    }
+    text.parse()
 }
 
 #[cfg(test)]

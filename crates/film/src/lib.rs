@@ -48,4 +48,4 @@ pub use recipe::Recipe;
 pub use samples::SampleSet;
 pub use tile::{FilmTile, PixelSample};
 pub use tone::{ToneCurve, linear_from_srgb, srgb_from_linear};
-pub use vlc::{SumsFile, write_sums};
+pub use vlc::{SumsFile, decode_sums, encode_sums, write_sums};

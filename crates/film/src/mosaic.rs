@@ -82,7 +82,7 @@ fn check_filled(windows: &[Window]) -> Result<(), FilmError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Aov, FilmSettings, PixelSample, Recipe};
+    use crate::{Aov, FilmSettings, PixelSample, Recipe, decode_sums, encode_sums};
     use std::ops::Range;
     use vastlight_math::Vec3;
 
@@ -123,7 +123,7 @@ mod tests {
     }
 
     fn bytes(sums: &Accumulator) -> Vec<u8> {
-        sums.to_bytes().expect("in memory")
+        encode_sums(sums).expect("in memory")
     }
 
     #[test]
@@ -143,7 +143,7 @@ mod tests {
             assert_eq!(firsts.count(), crops.len());
             let joined = mosaic.finish().expect("filled").expect("some");
             assert_eq!(bytes(&joined), whole);
-            assert_eq!(bytes(&Accumulator::from_bytes(&whole, 64).expect("whole")), whole);
+            assert_eq!(bytes(&decode_sums(&whole, 64, "whole").expect("whole")), whole);
             assert_eq!(joined.develop(), sums([0, 0, 70, 41], 0..6, 1).develop());
         }
     }

@@ -26,6 +26,8 @@ pub struct Scene {
     described: BTreeMap<u32, Mesh>,
     /// What moves on from here, where a shutter is open.
     shutter: Option<Arc<Shutter>>,
+    /// Whether the description had no camera.
+    framed: bool,
 }
 
 /// What a moment made of the one before.
@@ -71,6 +73,14 @@ impl MeshPreparation {
         let found = repair_mesh(mesh);
         tangents::derive(mesh, &self.tangent_sets);
         Ok(found)
+    }
+
+    /// Refuses a mesh that [`MeshPreparation::prepare`] does.
+    ///
+    /// # Errors
+    /// An index out of range.
+    pub fn check(&self, mesh: &Mesh) -> Result<(), SceneError> {
+        check_mesh(mesh, self.materials)
     }
 
     /// Those of the meshes of which preparation changes more than vertices, as they are before it.
@@ -145,6 +155,8 @@ impl Scene {
     /// # Errors
     /// The pose does not fit; then nothing is changed.
     pub fn pose(&mut self, pose: Pose) -> Result<Change, SceneError> {
+        let bare = pose.meshes.iter().filter(|posed| posed.tangents.is_empty());
+        bare.for_each(|posed| self.keep_described(posed.mesh));
         let Self { desc, numbers, extents, described, .. } = self;
         let at_rest = |mesh: usize| described.get(&(mesh as u32)).unwrap_or(&desc.meshes[mesh]);
         desc.check_pose(&pose, self.instances.len(), at_rest)?;
@@ -251,7 +263,8 @@ impl Scene {
             drop_singular_instances(&mut instances, &mut desc.diagnostics);
         }
         let bounds = WorldBounds::new(&instances, &extents);
-        if desc.cameras.is_empty() {
+        let framed = desc.cameras.is_empty();
+        if framed {
             desc.cameras.push(Camera::framing(&bounds.all));
         }
         warn_of_implicit_lamps(&mut desc);
@@ -266,7 +279,59 @@ impl Scene {
             numbers: Vec::new(),
             described: BTreeMap::new(),
             shutter: None,
+            framed,
         }
+    }
+
+    /// Keeps a mesh as it is now, if tangents are derived for it with each pose, which may split vertices.
+    fn keep_described(&mut self, number: u32) {
+        let Some(mesh) = self.desc.meshes.get(number as usize) else { return };
+        if mesh.uvs.is_empty() || self.described.contains_key(&number) {
+            return;
+        }
+        let preparation = MeshPreparation::new(&self.desc);
+        let mut materials = mesh.parts.iter().map(|part| part.material).chain([mesh.material_of(0)]);
+        if materials.any(|material| preparation.needs_tangents(material)) {
+            self.described.insert(number, Mesh { tangents: Vec::new(), ..mesh.clone() });
+        }
+    }
+
+    /// The vertices of a mesh that a pose gives other places: copies that preparation made come after them.
+    ///
+    /// # Panics
+    /// If there is no such mesh.
+    #[must_use]
+    pub fn posed_vertices(&self, mesh: u32) -> &[Vec3] {
+        let positions = &self.desc.meshes[mesh as usize].positions;
+        let count = self.described.get(&mesh).map_or(positions.len(), |described| described.positions.len());
+        &positions[..count]
+    }
+
+    /// Where an instance stands in the description's table, as poses count.
+    #[must_use]
+    pub fn place_in_table(&self, instance: u32) -> u32 {
+        let place = self.numbers.iter().position(|&number| number == instance);
+        place.map_or(instance, |place| place as u32)
+    }
+
+    /// The description, completed, with the instances and all else as it is at the moment; a camera that was added is not in it.
+    #[must_use]
+    pub fn into_whole_desc(mut self) -> SceneDesc {
+        for (number, mut mesh) in std::mem::take(&mut self.described) {
+            let now = &mut self.desc.meshes[number as usize];
+            let count = mesh.positions.len();
+            mesh.positions.copy_from_slice(&now.positions[..count]);
+            let normals = mesh.normals.len();
+            mesh.normals.copy_from_slice(&now.normals[..normals]);
+            *now = mesh;
+        }
+        let place = |i: usize| self.numbers.get(i).map_or(i, |&number| number as usize);
+        self.desc.instances =
+            (0..self.instances.len()).filter_map(|i| self.instances.get(place(i))).collect();
+        if self.framed {
+            self.desc.cameras.clear();
+        }
+        self.desc
     }
 
     /// The description, completed, without the instances.

@@ -1,6 +1,7 @@
 //! Pixel reconstruction by filter importance sampling (Ernst, Stamminger, Greiner 2006): the sample's place in the
 //! picture is drawn from the filter itself, so that every sample has weight 1 and belongs to one pixel alone.
 
+use std::str::FromStr;
 use vastlight_math::{Vec2, real};
 
 /// The shape of the pixel filter. All are separable, normalised and nowhere negative. Radii are in pixels.
@@ -28,6 +29,31 @@ pub enum PixelFilter {
 impl Default for PixelFilter {
     fn default() -> Self {
         Self::BlackmanHarris { radius: 1.5 }
+    }
+}
+
+impl FromStr for PixelFilter {
+    type Err = String;
+
+    /// `box`, `triangle`, `gaussian` or `blackman-harris`, with a radius in pixels after a colon if wanted.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, radius) = match text.split_once(':') {
+            Some((name, radius)) => {
+                (name, Some(radius.trim().parse().map_err(|_| "the radius is a number")?))
+            }
+            None => (text, None),
+        };
+        if radius.is_some_and(|r: f32| !(0.1..=16.0).contains(&r)) {
+            return Err("the radius is 0.1 to 16 pixels".into());
+        }
+        match name {
+            "box" if radius.is_none() => Ok(Self::Box),
+            "box" => Err("the box has no radius".into()),
+            "triangle" => Ok(Self::Triangle { radius: radius.unwrap_or(1.0) }),
+            "gaussian" => Ok(Self::Gaussian { radius: radius.unwrap_or(1.5) }),
+            "blackman-harris" => Ok(Self::BlackmanHarris { radius: radius.unwrap_or(1.5) }),
+            _ => Err("known are box, triangle, gaussian and blackman-harris".into()),
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::photon::PhotonSettings;
 use crate::pixel_filter::PixelFilter;
+use std::str::FromStr;
 use vastlight_scene::Camera;
 
 /// How a picture is computed.
@@ -20,6 +21,22 @@ pub enum Integrator {
     Whitted,
     /// The same with the light of photons: the papers' renderer. Needs [`RenderSettings::caustics`].
     PhotonCaustics,
+}
+
+impl FromStr for Integrator {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Ok(match name {
+            "path" => Self::Path,
+            "direct" => Self::Direct,
+            "primary" => Self::Primary,
+            "ao" => Self::Ao,
+            "whitted" => Self::Whitted,
+            "photon-caustics" => Self::PhotonCaustics,
+            _ => return Err("known are path, direct, primary, ao, whitted and photon-caustics".into()),
+        })
+    }
 }
 
 /// How direct light is estimated; anything but `Both` is for tests and teaching.

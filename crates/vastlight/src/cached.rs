@@ -2,7 +2,10 @@
 
 use crate::load::{keeps_motion, request_of};
 use crate::pack::identity;
-use crate::{Error, ErrorClass, LoadOptions, PackControl, check_fits, pack_input, pack_within};
+use crate::{
+    Error, ErrorClass, LoadOptions, OpenScene, PackControl, check_fits, is_store, open, pack_input,
+    pack_within,
+};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use vastlight_paging::{FileSource, KernelCache};
@@ -54,6 +57,33 @@ pub fn cached_store(
         // Another process may have packed it meanwhile.
         Err(_) if is_current(&path) => Ok(Some(CachedStore { path, time })),
         packed => packed.map(|_| Some(CachedStore { path, time })),
+    }
+}
+
+/// Opens a scene within `control.memory` bytes: one that does not fit is packed to the folder `cache`, if there is one.
+///
+/// # Errors
+/// Those of [`open`] and [`cached_store`], or the scene does not fit and there is no folder.
+pub fn open_within(
+    source: &str,
+    options: &LoadOptions,
+    cache: Option<&Path>,
+    control: PackControl<'_>,
+) -> Result<OpenScene, Error> {
+    if is_store(source) {
+        return open(source, options);
+    }
+    let Some(cache) = cache else {
+        check_fits(source, options, control.memory)?;
+        return open(source, options);
+    };
+    let memory = control.memory;
+    match cached_store(source, options, cache, control)? {
+        // What options change is in the store already.
+        Some(CachedStore { path, time }) => {
+            open(&path.display().to_string(), &LoadOptions { time, ..LoadOptions::within(memory) })
+        }
+        None => open(source, options),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a render computes on.
 
 use crate::{Error, ErrorClass, RenderRequest};
+use std::str::FromStr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use vastlight_accel::kdtree::KdKind;
 use vastlight_gpu::page::PageStats;
@@ -29,6 +30,22 @@ impl Device {
         match self {
             Self::Auto | Self::Cpu => None,
             Self::Gpu(number) => Some(number.map_or(DeviceChoice::Any, DeviceChoice::Index)),
+        }
+    }
+}
+
+impl FromStr for Device {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |text: &str| text.strip_prefix("gpu:")?.parse().ok();
+        match text {
+            "auto" => Ok(Self::Auto),
+            "cpu" => Ok(Self::Cpu),
+            "gpu" => Ok(Self::Gpu(None)),
+            _ => number(text).map(|number| Self::Gpu(Some(number))).ok_or_else(|| {
+                "known are auto, cpu, gpu and gpu:N with a number of `vastlight devices`".to_owned()
+            }),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::budget::{check_import, held_bytes};
 use crate::manifest::{self, is_manifest};
+use crate::memory::default_budget_bytes;
 use crate::merge::Merged;
 use crate::open::is_store;
 use crate::overrides::Overrides;
@@ -34,6 +35,16 @@ pub struct LoadOptions {
 }
 
 impl LoadOptions {
+    /// For scenes whose images fit into so many bytes, or none for the machine's.
+    #[must_use]
+    pub fn within(memory: Option<u64>) -> Self {
+        let mut options = Self::default();
+        let images = &mut options.import.limits.all_images_bytes;
+        let machine = default_budget_bytes().unwrap_or(u64::MAX);
+        *images = memory.unwrap_or_else(|| machine.min(*images));
+        options
+    }
+
     /// How a demo scene is made.
     fn demo(&self) -> GenerateOptions {
         GenerateOptions { time: self.time.unwrap_or(0.0), ..self.generate }

@@ -142,6 +142,20 @@ impl Overrides {
         Ok(Self { place: place.to_owned(), ..parsed })
     }
 
+    /// Reads the same as JSON; files are looked for in `folder`, and `place` names the text in messages.
+    ///
+    /// # Errors
+    /// If it is no JSON, or has keys that mean nothing.
+    pub fn parse_json(text: &str, folder: &Path, place: &str) -> Result<Self, Error> {
+        let parsed: Self = serde_json::from_str(text).map_err(|e| {
+            let what = e.to_string();
+            // There is but one line.
+            let what = what.split(" at line ").next().unwrap_or_default();
+            Error::scene(what, place, "")
+        })?;
+        Ok(Self { place: place.to_owned(), folder: folder.to_owned(), ..parsed })
+    }
+
     /// Files that the changes name.
     pub(crate) fn files(&self) -> impl Iterator<Item = PathBuf> {
         let profiles = self.lights.values().filter_map(|light| light.ies.as_ref());

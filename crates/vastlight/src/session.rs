@@ -1,9 +1,12 @@
 //! An open scene with what pictures of it share: structures for rays, and a graphics processor. Frames of a scene that moves
 //! update them.
 
+use crate::edit::changed;
+use crate::fingerprint::fingerprint;
 use crate::live::{Live, LiveParts};
 use crate::open::check_looks;
 use crate::paged::{KeptCaches, kept_caches};
+use crate::rays::RayBuffers;
 use crate::render::{render_keeping, tracer_of};
 use crate::{
     Control, Error, ErrorClass, Exposure, LoadOptions, OpenScene, Overrides, RenderRequest, Rendered, open,
@@ -12,7 +15,8 @@ use crate::{
 use std::time::Instant;
 use vastlight_gpu::Executor;
 use vastlight_import::Limits;
-use vastlight_scene::{Environment, Light, Material, SceneDesc, generate};
+use vastlight_scene::{Environment, Light, Material, Pose, Scene, SceneDesc, generate};
+use vastlight_trace::paged::Caches;
 use vastlight_trace::{PoseError, PoseReport, Tracer, TracerConfig};
 
 /// What one picture leaves for the next of the same scene.
@@ -73,6 +77,9 @@ pub struct Session {
     limits: Limits,
     /// Changes since the scene was opened, and what they change.
     revision: Option<(Overrides, Looks)>,
+    /// Whether places, vertices or tables are others than those that were opened.
+    edited: bool,
+    pub(crate) rays: RayBuffers,
 }
 
 impl Session {
@@ -84,7 +91,16 @@ impl Session {
             && open.stored.is_none();
         let reopened = is_function.then(|| (source.to_owned(), options.clone()));
         let limits = options.import.limits;
-        Self { open, kept: Kept::default(), moving: 0, reopened, limits, revision: None }
+        Self {
+            open,
+            kept: Kept::default(),
+            moving: 0,
+            reopened,
+            limits,
+            revision: None,
+            edited: false,
+            rays: RayBuffers::default(),
+        }
     }
 
     /// The scene at the moment of the last pose, and where its meshes are.
@@ -116,6 +132,14 @@ impl Session {
             return Err(Error::usage(what, "--shutter", hint));
         }
         if let Some((source, options)) = &mut self.reopened {
+            if self.edited {
+                let hint = "change places, vertices and meshes after the time is set, in a scene that is loaded anew";
+                return Err(Error::usage(
+                    "this scene is made anew for each moment, without its changes",
+                    "time",
+                    hint,
+                ));
+            }
             options.time = Some(time);
             self.open = open(source, options)?;
             self.kept.tracer = None;
@@ -133,9 +157,84 @@ impl Session {
             }
             None => PoseReport { change: self.open.scene.open_shutter(poses)?, ..PoseReport::default() },
         };
-        let extents = self.open.scene.extents();
-        self.moving = report.change.meshes.iter().map(|&mesh| extents[mesh as usize].triangles).sum();
+        self.moving = self.triangles_of(&report.change.meshes);
         Ok(report)
+    }
+
+    fn triangles_of(&self, meshes: &[u32]) -> u64 {
+        let extents = self.open.scene.extents();
+        meshes.iter().map(|&mesh| extents[mesh as usize].triangles).sum()
+    }
+
+    /// Poses the scene by hand, and lets structures that are there follow.
+    pub(crate) fn apply(&mut self, pose: Pose) -> Result<PoseReport, Error> {
+        let report = match self.kept.tracer.take() {
+            Some((config, mut tracer)) => {
+                let report = tracer.pose(&mut self.open.scene, pose);
+                if !matches!(report, Err(PoseError::Trace(_))) {
+                    self.kept.tracer = Some((config, tracer));
+                }
+                report?
+            }
+            None => PoseReport { change: self.open.scene.pose(pose)?, ..PoseReport::default() },
+        };
+        self.edited = true;
+        self.moving = self.moving.max(self.triangles_of(&report.change.meshes));
+        Ok(report)
+    }
+
+    /// Makes the scene anew of its description after a change, which was found to fit before: should it not, the scene is empty.
+    pub(crate) fn rebuild(
+        &mut self,
+        change: impl FnOnce(&mut SceneDesc) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        if self.open.stored.is_some() {
+            let hint = "change the file that it was packed from";
+            return Err(Error::usage("nothing is put into or taken out of a store", "scene", hint));
+        }
+        let revision = self.revision.take();
+        let scene = std::mem::replace(&mut self.open.scene, Scene::new(SceneDesc::default())?);
+        self.kept.tracer = None;
+        self.edited = true;
+        let whole = |desc: &mut SceneDesc| {
+            if let Some((_, looks)) = &revision {
+                looks.restore(desc);
+            }
+            change(desc)
+        };
+        self.open.scene = changed(scene, whole)?;
+        match &revision {
+            Some((changes, _)) => self.revise(changes),
+            None => Ok(()),
+        }
+    }
+
+    /// What tells this scene from others, as it is: contents, not names of files or dates.
+    ///
+    /// # Errors
+    /// If its contents cannot be had.
+    pub fn fingerprint(&self) -> Result<String, Error> {
+        fingerprint(&self.open)
+    }
+
+    /// Whether places, vertices or tables were changed since the scene was opened.
+    #[must_use]
+    pub fn is_edited(&self) -> bool {
+        self.edited
+    }
+
+    /// The structures that are there, be they as they may, or such as pictures have; and the caches over a store's pages.
+    pub(crate) fn structures(
+        &mut self,
+        request: &RenderRequest,
+    ) -> Result<(&OpenScene, &Tracer, Option<&Caches>), Error> {
+        let Self { open, kept: Kept { tracer, caches, .. }, .. } = self;
+        let config = tracer.as_ref().map_or_else(|| request.tracer.clone(), |(config, _)| config.clone());
+        let request = RenderRequest { tracer: config, ..request.clone() };
+        let tracer = kept_tracer(tracer, open, &request)?;
+        let most_tiles = if open.stored.is_some() { open.materials().most_tiles() } else { 0 };
+        let caches = kept_caches(caches, open, &request, most_tiles)?;
+        Ok((open, tracer, caches))
     }
 
     /// Whether [`Session::pose`] does anything, and the time from the first moment to the last, in seconds, where there is one.

@@ -20,9 +20,9 @@ use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CachedStore, CameraChoice, Control, Denoising, Device, Ending, Error, ErrorClass, Exposure, LoadOptions,
-    MemoryEstimate, OpenScene, PackControl, PackProgress, RenderRequest, Rendered, Session, Snapshot, Stats,
-    cached_store, check_fits, human_bytes,
+    CameraChoice, Control, Denoising, Ending, Error, ErrorClass, Exposure, OpenScene, PackControl,
+    PackProgress, RenderRequest, Rendered, Session, Snapshot, Stats, check_request, human_bytes, open_within,
+    photon_settings,
 };
 
 /// The arguments of `render`.
@@ -138,9 +138,6 @@ struct OutputArguments {
     strict: bool,
 }
 
-/// Photons of a point light where they are sent by a grid.
-const PUBLISHED: u32 = 256 * 256;
-
 /// Where caustics come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Caustics {
@@ -200,17 +197,7 @@ impl PictureArguments {
             search: self.photon_search,
             ..PhotonSettings::default()
         };
-        match (self.caustics, integrator) {
-            (_, Integrator::PhotonCaustics) => {
-                let edge = f64::from(self.photons.unwrap_or(PUBLISHED)).sqrt() as u32;
-                Ok(Some(PhotonSettings { grid: Some([edge; 2]), ..settings }))
-            }
-            (Caustics::Off, _) => Ok(None),
-            (Caustics::Photons, Integrator::Path) => Ok(Some(settings)),
-            (Caustics::Photons, _) => {
-                Err(Error::usage("photons go with path alone", "--caustics", "use --integrator path"))
-            }
-        }
+        photon_settings(integrator, self.caustics == Caustics::Photons, settings)
     }
 
     fn settings(&self, camera: Camera) -> Result<RenderSettings, Error> {
@@ -248,24 +235,9 @@ impl Render {
         reporter: &Reporter,
         start: Instant,
     ) -> Result<OpenScene, Error> {
-        if self.scene.is_store() {
-            return self.scene.open(common);
-        }
-        let Some(cache) = self.cache_dir.as_deref() else {
-            check_fits(&self.scene.scene, &self.scene.options(common)?, common.memory)?;
-            return self.scene.open(common);
-        };
         let progress = |p: &PackProgress| reporter.update_pack(p, start.elapsed());
         let control = PackControl { memory: common.memory, cancel, progress: &progress };
-        let store = cached_store(&self.scene.scene, &self.scene.options(common)?, cache, control)?;
-        match store {
-            // What options change is in the store already.
-            Some(CachedStore { path, time }) => {
-                let options = LoadOptions { time, ..common.load_options() };
-                vastlight::open(&path.display().to_string(), &options)
-            }
-            None => self.scene.open(common),
-        }
+        open_within(self.scene.name(), &self.scene.options(common)?, self.cache_dir.as_deref(), control)
     }
 }
 
@@ -429,7 +401,7 @@ impl Job<'_> {
     fn check(&self, session: &Session, start: Instant) -> Result<(), Error> {
         let mut request = self.request(session.open(), start)?;
         self.arguments.keep.apply(&mut request, None);
-        check_request(session.open(), &request, self.common, session.moving_triangles())?;
+        check_request(session.open(), &request, session.moving_triangles())?;
         match &self.denoising {
             Some(denoising) => denoising.check_memory(request.settings.region().pixels(), self.common.memory),
             None => Ok(()),
@@ -582,42 +554,5 @@ fn warn(reporter: &Reporter, common: &Common, message: &str) {
         eprintln!("{}", json!({"event": "warning", "message": message}));
     } else if !common.quiet {
         eprintln!("warning: {message}");
-    }
-}
-
-/// Refuses what cannot be done with a scene of which so many triangles move.
-pub(crate) fn check_request(
-    open: &OpenScene,
-    request: &RenderRequest,
-    common: &Common,
-    moving: u64,
-) -> Result<(), Error> {
-    if open.stored.is_none() {
-        return check_memory((&open.scene, moving), request, common);
-    }
-    if matches!(request.settings.integrator, Integrator::Whitted | Integrator::PhotonCaustics) {
-        let hint = "render the file that the store was packed from, or use path, direct, primary or ao";
-        return Err(Error::usage("the stream tracer needs the scene in memory", "--integrator", hint));
-    }
-    Ok(())
-}
-
-/// Refuses a picture that cannot fit into the budget.
-fn check_memory(
-    (scene, moving): (&Scene, u64),
-    request: &RenderRequest,
-    common: &Common,
-) -> Result<(), Error> {
-    let pixels = request.settings.region().pixels();
-    let estimate = MemoryEstimate::new(scene, pixels, &request.aovs, rayon::current_num_threads())
-        .with_photons(&request.settings)
-        .with_moving(moving)
-        .with_shutter(scene);
-    let estimate = if request.noise.is_some() { estimate.with_noise(pixels) } else { estimate };
-    let on_cpu = !matches!(request.device.device, Device::Gpu(_));
-    let estimate = if on_cpu { estimate } else { estimate.on_graphics_processor(scene) };
-    match common.memory.or_else(vastlight::default_budget_bytes) {
-        Some(budget) => estimate.check(budget),
-        None => Ok(()),
     }
 }

@@ -10,8 +10,5 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-/// Stands for the path of what is in no file.
-const IN_MEMORY: &str = "sums in memory";
-
-pub use read::SumsFile;
-pub use write::write_sums;
+pub use read::{SumsFile, decode_sums};
+pub use write::{encode_sums, write_sums};

@@ -1,6 +1,5 @@
 //! Reading sums: nothing that a file says is believed before it is checked, and nothing is allocated that the file does not hold.
 
-use super::IN_MEMORY;
 use super::header::{BYTES, CRC_BYTES, Header};
 use super::notes::{self, Notes};
 use super::number::Number;
@@ -68,17 +67,15 @@ impl SumsFile {
     }
 }
 
-impl Accumulator {
-    /// Reads the bytes of a file of sums into tiles of `tile_size` pixels.
-    ///
-    /// # Errors
-    /// If they are damaged.
-    pub fn from_bytes(mut bytes: &[u8], tile_size: u32) -> Result<Self, FilmError> {
-        let length = bytes.len() as u64;
-        let sums =
-            front(&mut bytes, length).and_then(|(header, notes)| body(&mut bytes, &header, notes, tile_size));
-        sums.map_err(|e| FilmError::read(IN_MEMORY.as_ref(), e))
-    }
+/// The sums in the bytes of a file, in tiles of `tile_size` pixels; `place` names them in messages.
+///
+/// # Errors
+/// If they are no file of sums, of another version, or damaged.
+pub fn decode_sums(mut bytes: &[u8], tile_size: u32, place: &str) -> Result<Accumulator, FilmError> {
+    let length = bytes.len() as u64;
+    let sums =
+        front(&mut bytes, length).and_then(|(header, notes)| body(&mut bytes, &header, notes, tile_size));
+    sums.map_err(|e| FilmError::read(Path::new(place), e))
 }
 
 fn damaged(what: impl Into<String>) -> io::Error {

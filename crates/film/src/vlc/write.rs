@@ -1,6 +1,5 @@
 //! Writing sums.
 
-use super::IN_MEMORY;
 use super::header::{Header, planes_of};
 use super::notes;
 use super::number::Number;
@@ -18,16 +17,14 @@ pub fn write_sums(path: &Path, sums: &Accumulator) -> Result<(), FilmError> {
     write_atomically(path, |out| to_writer(out, sums))
 }
 
-impl Accumulator {
-    /// The bytes of a file of these sums.
-    ///
-    /// # Errors
-    /// The names of objects and materials are too long.
-    pub fn to_bytes(&self) -> Result<Vec<u8>, FilmError> {
-        let mut bytes = Vec::new();
-        let written = to_writer(&mut bytes, self);
-        written.map(|()| bytes).map_err(|error| FilmError::write(IN_MEMORY.as_ref(), error))
-    }
+/// The bytes of a file of sums.
+///
+/// # Errors
+/// If names of objects and materials are too long.
+pub fn encode_sums(sums: &Accumulator) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    to_writer(&mut bytes, sums)?;
+    Ok(bytes)
 }
 
 pub(super) fn to_writer(out: &mut dyn Write, sums: &Accumulator) -> io::Result<()> {

@@ -1,14 +1,14 @@
 //! `vastlight bench path SCENE`.
 
 use crate::arguments::{Common, SceneArguments};
-use crate::commands::render::{PictureArguments, check_request};
+use crate::commands::render::PictureArguments;
 use crate::exit::Exit;
 use crate::interrupt;
 use clap::Args;
 use serde_json::json;
 use std::time::Instant;
 use vastlight::trace::Layout;
-use vastlight::{Control, Error, peak_rss_bytes};
+use vastlight::{Control, Error, check_request, peak_rss_bytes};
 
 /// Render without writing: samples a second, and the time from process start to the first whole picture
 #[derive(Args, Debug)]
@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &Path, common: &Common, start: Instant) -> Result<E
     request.paging.memory = common.memory;
     request.device = common.device_request();
     request.tracer.layout = Layout::from_name(&arguments.layout).unwrap_or_default();
-    check_request(&open, &request, common, 0)?;
+    check_request(&open, &request, 0)?;
     let control = Control::new(cancel, &|_| {});
     let first = vastlight::render(&open, &request, &control)?.stats;
     let first_image_ms = load_ms + first.build_ms + first.prepare_ms + first.first_pass_ms;

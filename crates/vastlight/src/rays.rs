@@ -1,0 +1,271 @@
+//! Arrays of rays, asked of a session's scene.
+
+use crate::{Error, OpenScene, RenderRequest, Session, paged};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use vastlight_math::{Affine3, Mat3, Ray, Vec3};
+use vastlight_scene::Scene;
+use vastlight_trace::paged::{CachePager, Caches, Found, PagedBatch};
+use vastlight_trace::sort::{RaySorter, SortRays};
+use vastlight_trace::{Hit, Tracer};
+use vastlight_transport::{PagesError, RenderSettings};
+
+/// Rays that one thread takes at a time.
+const CHUNK: usize = 8192;
+/// Rays that are in memory at a time.
+const TOGETHER: usize = 1 << 22;
+
+/// Memory that is used again.
+#[derive(Debug, Default)]
+pub(crate) struct RayBuffers {
+    rays: Vec<Ray>,
+    sorter: RaySorter,
+    hits: Vec<Hit>,
+}
+
+/// The closest hits of an array of rays, a row each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RayHits {
+    /// In units of the direction's length; infinite for a miss.
+    pub t: Vec<f32>,
+    /// Triangle of the instance's mesh; -1 for a miss, and on a surface without triangles.
+    pub prim: Vec<i32>,
+    /// Instance; -1 for a miss.
+    pub instance: Vec<i32>,
+    /// Weights of the triangle's second and third corner; 0 for a miss.
+    pub uv: Vec<[f32; 2]>,
+    /// Unit normal of the triangle in world space, on the side from which its corners go counter-clockwise; 0 for a miss, and
+    /// on a surface without triangles.
+    pub normal: Vec<[f32; 3]>,
+}
+
+/// A part of the answers.
+type Rows<'a> = ((&'a mut [f32], &'a mut [i32]), (&'a mut [i32], &'a mut [[f32; 2]]), &'a mut [[f32; 3]]);
+
+impl RayHits {
+    fn new(count: usize) -> Self {
+        Self {
+            t: vec![0.0; count],
+            prim: vec![0; count],
+            instance: vec![0; count],
+            uv: vec![[0.0; 2]; count],
+            normal: vec![[0.0; 3]; count],
+        }
+    }
+
+    /// Parts of the rows of some rays.
+    fn chunks(&mut self, rows: Range<usize>) -> impl IndexedParallelIterator<Item = Rows<'_>> {
+        let Self { t, prim, instance, uv, normal } = self;
+        let first = t[rows.clone()].par_chunks_mut(CHUNK).zip(prim[rows.clone()].par_chunks_mut(CHUNK));
+        let second = instance[rows.clone()].par_chunks_mut(CHUNK).zip(uv[rows.clone()].par_chunks_mut(CHUNK));
+        let third = normal[rows].par_chunks_mut(CHUNK);
+        first.zip(second).zip(third).map(|((first, second), normal)| (first, second, normal))
+    }
+}
+
+/// Writes an answer into its row.
+fn put(((t, prim), (instance, uv), normal): &mut Rows<'_>, row: usize, hit: &Hit, facing: Vec3) {
+    // Ids have 31 bits, and none is -1.
+    (t[row], prim[row], instance[row]) = (hit.t, hit.prim as i32, hit.instance as i32);
+    (uv[row], normal[row]) = ([hit.u, hit.v], facing.to_array());
+}
+
+/// The last instance's map for normals: neighbours hit the same one.
+struct Facing<'s> {
+    scene: &'s Scene,
+    of: u32,
+    normals: Mat3,
+}
+
+impl<'s> Facing<'s> {
+    fn new(scene: &'s Scene) -> Self {
+        Self { scene, of: Hit::NONE, normals: Mat3::IDENTITY }
+    }
+
+    /// The world's unit normal of a triangle of an instance.
+    fn of(&mut self, instance: u32, [a, b, c]: [Vec3; 3]) -> Vec3 {
+        if instance != self.of {
+            self.normals = for_normals(self.scene.instances().map(instance as usize));
+            self.of = instance;
+        }
+        (self.normals * (b - a).cross(c - a).normalize_or_zero()).normalize_or_zero()
+    }
+
+    /// The same of a hit on a triangle that is in memory.
+    fn of_hit(&mut self, hit: &Hit) -> Vec3 {
+        if !hit.is_hit() || hit.prim == Hit::NONE {
+            return Vec3::ZERO;
+        }
+        let mesh = &self.scene.meshes()[self.scene.instances().mesh(hit.instance as usize) as usize];
+        self.of(hit.instance, mesh.corners(hit.prim))
+    }
+}
+
+/// The transposed inverse, but for a positive factor.
+fn for_normals(world_from_object: &Affine3) -> Mat3 {
+    let [x, y, z] = [
+        world_from_object.matrix3.x_axis,
+        world_from_object.matrix3.y_axis,
+        world_from_object.matrix3.z_axis,
+    ];
+    let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    if world_from_object.matrix3.determinant() < 0.0 { cofactors * -1.0 } else { cofactors }
+}
+
+/// A request that is there for its memory alone.
+fn request_for(scene: &Scene, memory: Option<u64>) -> RenderRequest {
+    let camera = scene.cameras()[0].clone();
+    let mut request = RenderRequest::new(RenderSettings::new(camera, 1280, 720), 1);
+    request.paging.memory = memory;
+    request
+}
+
+/// An array of rays.
+#[derive(Debug)]
+pub struct RayArray<'a, F> {
+    /// How many there are.
+    pub count: usize,
+    /// A ray by its number.
+    pub ray: F,
+    /// Memory for a scene in a store, bytes; `None` for the default budget.
+    pub memory: Option<u64>,
+    /// Set to stop: rays that were not traced have no answers then.
+    pub cancel: &'a AtomicBool,
+}
+
+impl<F: Fn(usize) -> Ray + Sync> RayArray<'_, F> {
+    /// Hands parts of the rays to `trace`, with their numbers.
+    fn parts(
+        &self,
+        rays: &mut Vec<Ray>,
+        mut trace: impl FnMut(&[Ray], Range<usize>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        for start in (0..self.count).step_by(TOGETHER) {
+            if self.cancel.load(Ordering::Relaxed) {
+                break;
+            }
+            let part = start..self.count.min(start + TOGETHER);
+            part.clone().into_par_iter().with_min_len(CHUNK).map(&self.ray).collect_into_vec(rays);
+            trace(rays, part)?;
+        }
+        Ok(())
+    }
+}
+
+impl Session {
+    /// The closest hits of rays with all threads of the current pool. Structures are built if there are none. Every surface counts,
+    /// whatever its material's alpha.
+    ///
+    /// # Errors
+    /// The structures cannot be built, or a page of a store cannot be had.
+    pub fn trace(&mut self, array: &RayArray<'_, impl Fn(usize) -> Ray + Sync>) -> Result<RayHits, Error> {
+        let mut answers = RayHits::new(array.count);
+        let mut buffers = std::mem::take(&mut self.rays);
+        let RayBuffers { rays, sorter, hits } = &mut buffers;
+        self.with_structures(array.memory, |open, tracer, caches| match caches {
+            None => array.parts(rays, |rays, part| {
+                hits.resize(rays.len(), Hit::MISS);
+                sorter.closest(tracer, SortRays::Auto, rays, hits);
+                fill(&open.scene, hits, answers.chunks(part));
+                Ok(())
+            }),
+            Some(caches) => {
+                array.parts(rays, |rays, part| trace_paged(open, tracer, caches, rays, answers.chunks(part)))
+            }
+        })?;
+        self.rays = buffers;
+        Ok(answers)
+    }
+
+    /// Whether rays hit anything; otherwise as [`Session::trace`].
+    ///
+    /// # Errors
+    /// Those of [`Session::trace`].
+    pub fn occluded(
+        &mut self,
+        array: &RayArray<'_, impl Fn(usize) -> Ray + Sync>,
+    ) -> Result<Vec<bool>, Error> {
+        let mut occluded = vec![false; array.count];
+        let mut buffers = std::mem::take(&mut self.rays);
+        let RayBuffers { rays, sorter, .. } = &mut buffers;
+        self.with_structures(array.memory, |_, tracer, caches| {
+            array.parts(rays, |rays, part| match caches {
+                None => {
+                    sorter.occluded(tracer, SortRays::Auto, rays, &mut occluded[part]);
+                    Ok(())
+                }
+                Some(caches) => occluded_paged(tracer, caches, rays, &mut occluded[part]),
+            })
+        })?;
+        self.rays = buffers;
+        Ok(occluded)
+    }
+
+    /// Hands the structures to `trace`, of a scene in a store on threads of which some wait for pages.
+    fn with_structures(
+        &mut self,
+        memory: Option<u64>,
+        trace: impl FnOnce(&OpenScene, &Tracer, Option<&Caches>) -> Result<(), Error> + Send,
+    ) -> Result<(), Error> {
+        let request = request_for(&self.open().scene, memory);
+        let is_stored = self.open().stored.is_some();
+        let here = || {
+            let (open, tracer, caches) = self.structures(&request)?;
+            trace(open, tracer, caches)
+        };
+        if is_stored { paged::pool(&request.paging)?.install(here) } else { here() }
+    }
+}
+
+fn trace_paged<'a>(
+    OpenScene { scene, .. }: &OpenScene,
+    tracer: &Tracer,
+    caches: &Caches,
+    rays: &[Ray],
+    answers: impl IndexedParallelIterator<Item = Rows<'a>>,
+) -> Result<(), Error> {
+    rays.par_chunks(CHUNK).zip(answers).with_max_len(1).try_for_each(|(rays, mut rows)| {
+        let mut facing = Facing::new(scene);
+        through(caches, |batch, pager| {
+            batch.closest(tracer, pager, rays, None, |row, hit: &Hit, found: &Found| {
+                let normal = if hit.is_hit() { facing.of(hit.instance, found.corners) } else { Vec3::ZERO };
+                put(&mut rows, row, hit, normal);
+            })
+        })
+    })
+}
+
+fn occluded_paged(
+    tracer: &Tracer,
+    caches: &Caches,
+    rays: &[Ray],
+    occluded: &mut [bool],
+) -> Result<(), Error> {
+    let chunks = rays.par_chunks(CHUNK).zip(occluded.par_chunks_mut(CHUNK)).with_max_len(1);
+    chunks.try_for_each(|(rays, occluded)| {
+        through(caches, |batch, pager| batch.occluded(tracer, pager, rays, None, occluded))
+    })
+}
+
+/// Traces a batch through the caches over a store.
+fn through<E>(
+    caches: &Caches,
+    trace: impl FnOnce(&mut PagedBatch, &mut CachePager) -> Result<(), E>,
+) -> Result<(), Error>
+where
+    Error: From<E>,
+{
+    let mut pager = caches.pager().map_err(PagesError::Cache)?;
+    Ok(trace(&mut PagedBatch::default(), &mut pager)?)
+}
+
+/// Hits in memory as rows.
+fn fill<'a>(scene: &Scene, hits: &[Hit], answers: impl IndexedParallelIterator<Item = Rows<'a>>) {
+    hits.par_chunks(CHUNK).zip(answers).for_each(|(hits, mut rows)| {
+        let mut facing = Facing::new(scene);
+        for (row, hit) in hits.iter().enumerate() {
+            put(&mut rows, row, hit, facing.of_hit(hit));
+        }
+    });
+}

@@ -1,0 +1,298 @@
+//! An open scene.
+
+use crate::accumulator::Accumulator;
+use crate::errors::{OrRaise, exception};
+use crate::image::Image;
+use crate::pool::Pool;
+use crate::render::Request;
+use crate::view::{Page, Server};
+use crate::work::{Listener, Watch, run};
+use pyo3::prelude::*;
+use serde_json::json;
+use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::{ThreadId, current};
+use std::time::{Duration, Instant};
+use vastlight::scene::{Scene as Contents, SceneDesc};
+use vastlight::{
+    Addition, Denoising, Error, Exposure, LoadOptions, OpenScene, Overrides, PackControl, Rendered, Session,
+    check_request, is_store, open_within,
+};
+use vastlight_viewer::Viewer;
+
+/// How a scene is opened.
+#[derive(Debug, FromPyObject)]
+#[pyo3(from_item_all)]
+struct Source {
+    source: String,
+    memory: Option<u64>,
+    threads: Option<usize>,
+    time: Option<f32>,
+    env: Option<PathBuf>,
+    sun: Option<[f32; 2]>,
+    /// Paths of TOML files, and texts of JSON.
+    overrides: Vec<(Option<PathBuf>, Option<String>)>,
+    file_scene: Option<String>,
+    animation: Option<String>,
+    sequence_fps: f32,
+    triangles: Option<u64>,
+    texture_bytes: Option<u64>,
+    cache_dir: Option<PathBuf>,
+}
+
+impl Source {
+    fn options(&self) -> Result<LoadOptions, Error> {
+        let mut options = LoadOptions::within(self.memory);
+        options.import.scene.clone_from(&self.file_scene);
+        options.import.animation.clone_from(&self.animation);
+        options.import.sequence_fps = self.sequence_fps;
+        options.generate.triangles = self.triangles;
+        options.generate.texture_bytes = self.texture_bytes;
+        options.time = self.time;
+        options.environment.clone_from(&self.env);
+        options.sun = self.sun;
+        let read = |(path, text): &(Option<PathBuf>, Option<String>)| match path {
+            Some(path) => Overrides::read(path),
+            None => changes_of(text.as_deref().unwrap_or("{}")),
+        };
+        options.overrides = self.overrides.iter().map(read).collect::<Result<_, _>>()?;
+        Ok(options)
+    }
+}
+
+/// Changes in JSON.
+pub(crate) fn changes_of(text: &str) -> Result<Overrides, Error> {
+    Overrides::parse_json(text, "".as_ref(), "overrides")
+}
+
+/// What is behind the lock.
+#[derive(Debug)]
+pub(crate) struct State {
+    pub(crate) session: Session,
+    /// What is to come into the scene.
+    pub(crate) pending: Vec<Addition>,
+    /// The moment, if one was set.
+    pub(crate) time: Option<f32>,
+    /// How the shutter stands open.
+    pub(crate) exposed: Option<Exposure>,
+}
+
+impl State {
+    /// Puts into the scene what waits.
+    fn settle(&mut self) -> Result<(), Error> {
+        if self.pending.is_empty() { Ok(()) } else { self.session.add(std::mem::take(&mut self.pending)) }
+    }
+
+    /// Opens the shutter as it is asked for, or closes it.
+    fn expose(&mut self, exposure: Exposure) -> Result<(), Error> {
+        let wanted = (exposure.seconds > 0.0).then_some(exposure);
+        if wanted == self.exposed {
+            return Ok(());
+        }
+        let Some(time) = self.time else {
+            let what = "a shutter opens at a moment, and there is none";
+            return Err(Error::usage(what, "shutter", "call set_time first"));
+        };
+        self.session.expose(time, &exposure)?;
+        self.exposed = wanted;
+        Ok(())
+    }
+}
+
+/// A scene with what pictures of it share.
+#[pyclass(frozen, module = "vastlight._native")]
+#[derive(Debug)]
+pub(crate) struct Scene {
+    state: Mutex<State>,
+    /// Threads of Python that wait for work of the scene.
+    waiting: Mutex<Vec<ThreadId>>,
+    pool: Pool,
+    memory: Option<u64>,
+    source: String,
+    options: LoadOptions,
+    load_ms: f64,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Scene {
+    fn around(
+        session: Session,
+        source: String,
+        options: LoadOptions,
+        memory: Option<u64>,
+        pool: Pool,
+    ) -> Self {
+        let state = State { session, pending: Vec::new(), time: options.time, exposed: None };
+        let (state, waiting) = (Mutex::new(state), Mutex::default());
+        Self { state, waiting, pool, memory, source, options, load_ms: 0.0 }
+    }
+
+    /// The memory budget.
+    pub(crate) fn memory(&self) -> Option<u64> {
+        self.memory
+    }
+
+    /// Does work on the scene, which Ctrl-C ends.
+    pub(crate) fn work<T: Send>(
+        &self,
+        py: Python<'_>,
+        threads: Option<usize>,
+        listener: Option<&Listener>,
+        work: impl FnOnce(&mut State, &Watch) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
+        let pool = self.pool.get(threads).or_raise(py)?;
+        self.alone(py, || {
+            run(py, &pool, listener, |watch| {
+                let mut state = lock(&self.state);
+                state.settle()?;
+                work(&mut state, watch)
+            })
+        })
+    }
+
+    /// Does something short with the scene.
+    pub(crate) fn with<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut State) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
+        self.with_unsettled(py, |state| {
+            state.settle()?;
+            work(state)
+        })
+    }
+
+    /// Does something short with a scene for which things may wait.
+    pub(crate) fn with_unsettled<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut State) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
+        let pool = self.pool.get(None).or_raise(py)?;
+        self.alone(py, || py.detach(|| pool.install(|| work(&mut lock(&self.state)))).or_raise(py))
+    }
+
+    /// Refuses what would wait for itself: a call from the progress of the scene's own work.
+    fn alone<T>(&self, py: Python<'_>, work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
+        let here = current().id();
+        if lock(&self.waiting).contains(&here) {
+            let what = "the scene is at work, and this is called from its progress";
+            return Err(exception(py, &Error::usage(what, "scene", "wait for the end of the work")));
+        }
+        lock(&self.waiting).push(here);
+        let done = work();
+        lock(&self.waiting).retain(|&thread| thread != here);
+        done
+    }
+
+    /// Renders, and makes something of the sums.
+    fn rendered<T: Send>(
+        &self,
+        py: Python<'_>,
+        (request, keep): (Request, bool),
+        listener: Option<(Py<PyAny>, Option<f64>)>,
+        finish: impl FnOnce(Rendered, Option<Denoising>) -> Result<T, Error> + Send,
+    ) -> PyResult<T> {
+        request.check().or_raise(py)?;
+        let preview = |seconds: Option<f64>| seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
+        let listener = listener.map(|(call, seconds)| Listener { call, preview: preview(seconds) });
+        let memory = request.memory.or(self.memory);
+        self.work(py, request.threads, listener.as_ref(), |state, watch| {
+            let denoising = request.denoising()?;
+            state.expose(request.exposure())?;
+            let session = &mut state.session;
+            let mut wanted = request.resolve(session.open(), denoising.as_ref(), memory)?;
+            wanted.keep_recipe = keep;
+            check_request(session.open(), &wanted, session.moving_triangles())?;
+            if let Some(denoising) = &denoising {
+                denoising.check_memory(wanted.settings.region().pixels(), memory)?;
+            }
+            finish(watch.control(|control| session.render(&wanted, control))?, denoising)
+        })
+    }
+}
+
+#[pymethods]
+impl Scene {
+    /// Opens a file, a store or a demo.
+    #[staticmethod]
+    fn load(py: Python<'_>, source: Source) -> PyResult<Self> {
+        let start = Instant::now();
+        let pool = Pool::new(source.threads);
+        let threads = pool.get(None).or_raise(py)?;
+        let (session, options) = run(py, &threads, None, |watch| {
+            let options = source.options()?;
+            let control = PackControl { memory: source.memory, cancel: watch.cancel(), progress: &|_| {} };
+            let open = open_within(&source.source, &options, source.cache_dir.as_deref(), control)?;
+            Ok((Session::new(open, &source.source, &options), options))
+        })?;
+        let scene = Self::around(session, source.source, options, source.memory, pool);
+        Ok(Self { load_ms: start.elapsed().as_secs_f64() * 1e3, ..scene })
+    }
+
+    /// A scene with nothing in it.
+    #[staticmethod]
+    fn empty(py: Python<'_>, memory: Option<u64>, threads: Option<usize>) -> PyResult<Self> {
+        let options = LoadOptions::within(memory);
+        let contents = Contents::new(SceneDesc::default()).map_err(Error::from).or_raise(py)?;
+        let session = Session::new(OpenScene::from(contents), "", &options);
+        Ok(Self::around(session, String::new(), options, memory, Pool::new(threads)))
+    }
+
+    /// Where it was opened; empty if nowhere.
+    #[getter]
+    fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// A picture.
+    fn render(
+        &self,
+        py: Python<'_>,
+        request: Request,
+        listener: Option<(Py<PyAny>, Option<f64>)>,
+    ) -> PyResult<Image> {
+        self.rendered(py, (request, false), listener, |rendered, denoising| {
+            let mut picture = rendered.develop();
+            let start = Instant::now();
+            denoising.map_or(Ok(()), |denoising| denoising.run(&mut picture))?;
+            let mut stats = json!(rendered.stats);
+            stats["load_ms"] = json!(self.load_ms);
+            stats["denoiser"] = json!(picture.denoiser);
+            stats["denoise_ms"] =
+                json!(picture.denoiser.as_ref().map(|_| start.elapsed().as_secs_f64() * 1e3));
+            stats["version"] = json!(env!("CARGO_PKG_VERSION"));
+            Ok(Image::new(picture, stats.to_string()))
+        })
+    }
+
+    /// The sums of a picture.
+    fn accumulate(
+        &self,
+        py: Python<'_>,
+        request: Request,
+        listener: Option<(Py<PyAny>, Option<f64>)>,
+    ) -> PyResult<Accumulator> {
+        self.rendered(py, (request, true), listener, |rendered, _| Ok(Accumulator(rendered.sums)))
+    }
+
+    /// The interactive page of the scene as it was opened, with changes of its looks in JSON.
+    fn view(&self, py: Python<'_>, page: Page, changes: Option<String>) -> PyResult<Server> {
+        let (time, is_edited) = self.with(py, |state| Ok((state.time, state.session.is_edited())))?;
+        if is_edited || self.source.is_empty() {
+            let hint = "save pictures, or view the file";
+            let what =
+                "the page opens the scene anew, without places, vertices and meshes that were changed here";
+            return Err(exception(py, &Error::usage(what, "view", hint)));
+        }
+        let mut options =
+            LoadOptions { time: time.filter(|_| !is_store(&self.source)), ..self.options.clone() };
+        options.overrides.extend(changes.as_deref().map(changes_of).transpose().or_raise(py)?);
+        let viewer =
+            Viewer { source: Some(self.source.clone()), options, memory: self.memory, ..Viewer::default() };
+        Server::start(py, page.apply(py, viewer)?)
+    }
+}
