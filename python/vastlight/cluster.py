@@ -14,15 +14,16 @@ whatever happened on the way. Workers open the scene themselves, each within its
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import vastlight as vl
 
@@ -32,6 +33,9 @@ try:
     from distributed.scheduler import KilledWorker
 except ImportError as error:  # pragma: no cover
     raise ImportError("vastlight.cluster needs Dask: pip install \"vastlight[cluster]\"") from error
+
+if TYPE_CHECKING:
+    Task = Future[Any]
 
 __all__ = ["accumulate", "frames", "render"]
 
@@ -50,6 +54,8 @@ LOOK = 2.0
 """Seconds between two looks for parts that take long."""
 
 Region = tuple[int, int, int, int]
+Place = tuple[float | None, Region | None]
+"""A moment and a tile of it: sums of one place are added, tiles of a moment put side by side."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +90,7 @@ class Part:
     """Samples of each pixel, half open, from 0."""
 
     @property
-    def place(self) -> tuple[float | None, Region | None]:
+    def place(self) -> Place:
         """Parts of one place differ in their passes alone."""
         return self.time, self.region
 
@@ -94,7 +100,21 @@ class Part:
         return f"vastlight-{hashlib.sha256(text.encode()).hexdigest()[:32]}"
 
 
-def render(
+def render(client: Client, source: str | os.PathLike[str], **arguments: Any) -> vl.Image:
+    """Renders a picture on the workers of ``client``: the bits of :func:`vastlight.render` on one machine.
+
+    Args:
+        client: of any Dask cluster.
+        source: what :func:`vastlight.load` takes; workers open it by this name: a file on a shared disk, the address of a store, a demo.
+        arguments: see :func:`accumulate`.
+
+    Raises:
+        SceneError: workers see another scene, or the checkpoint is of another job.
+    """
+    return accumulate(client, source, **arguments).develop()
+
+
+def accumulate(
     client: Client,
     source: str | os.PathLike[str],
     *,
@@ -107,112 +127,145 @@ def render(
     checkpoint_every: float = 60.0,
     progress: Callable[[int, int], None] | None = None,
     **options: Any,
-) -> vl.Image:
-    """Renders a picture on the workers of ``client``: the bits of ``vastlight.render`` on one machine.
+) -> vl.Accumulator:
+    """The sums of a picture that is rendered on the workers of ``client``.
 
     Args:
-        source: What :func:`vastlight.load` takes. Workers open it by this name: a file on a shared disk, the address of a store, a demo.
-        size: Width and height in pixels.
-        spp: Samples of each pixel.
-        passes_per_part: Samples of each pixel that one task takes; without it there are some tasks for each worker.
-        tile: Width and height of tiles, for pictures of which one part would be too large or too slow.
-        load: Further arguments of :func:`vastlight.load`.
-        checkpoint: A folder for the sums so far: a client that starts again with the same arguments goes on with them.
-        checkpoint_every: Seconds between two writes.
-        progress: Called with parts done and parts in all.
-        options: Further arguments of :func:`vastlight.render`, but ``noise``, ``passes``, ``crop`` and ``progress``.
-
-    Raises:
-        vastlight.SceneError: Workers see another scene, or the checkpoint is of another job.
+        client: of any Dask cluster.
+        source: see :func:`render`.
+        size: width and height in pixels.
+        spp: samples of each pixel.
+        passes_per_part: samples of each pixel that one task takes; without it there are some tasks for each worker.
+        tile: width and height of tiles, for pictures of which one part would be too large or too slow.
+        load: further arguments of :func:`vastlight.load`.
+        checkpoint: a folder for the sums so far: a client that starts again with the same arguments goes on with them, also to more ``spp``.
+        checkpoint_every: seconds between two writes.
+        progress: called with parts done and parts in all.
+        options: further ones of :class:`vastlight.RenderOptions`, but ``crop``, ``progress`` and ``threads``.
     """
-    plan = dict(passes_per_part=passes_per_part, tile=tile, load=load, checkpoint=checkpoint)
-    plan |= dict(checkpoint_every=checkpoint_every, progress=progress)
-    return accumulate(client, source, size=size, spp=spp, **plan, **options).develop()
-
-
-def accumulate(client: Client, source: str | os.PathLike[str], **arguments: Any) -> vl.Accumulator:
-    """The sums of :func:`render`, with the same arguments."""
-    for _, sums in _places(client, source, [None], **arguments):
-        return sums
-    raise AssertionError("a picture has a part")
+    cut = Cut(spp, passes_per_part, tile)
+    work = _work(client, source, [None], size, cut, load, checkpoint, checkpoint_every, options)
+    return next(sums for _, sums in work.run(client, progress))
 
 
 def frames(
-    client: Client, source: str | os.PathLike[str], times: Iterable[float], **arguments: Any
+    client: Client,
+    source: str | os.PathLike[str],
+    times: Iterable[float],
+    *,
+    size: tuple[int, int],
+    spp: int,
+    passes_per_part: int | None = None,
+    tile: tuple[int, int] | None = None,
+    load: Mapping[str, Any] | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+    checkpoint_every: float = 60.0,
+    progress: Callable[[int, int], None] | None = None,
+    **options: Any,
 ) -> Iterator[tuple[int, vl.Image]]:
     """Renders moments of a scene that moves; gives ``(number, image)`` as frames are done, in any order.
 
     Args:
-        times: Moments in seconds.
-        arguments: Those of :func:`render`.
+        times: moments in seconds; numbers count them from 0.
+        client, source, size, spp, passes_per_part, tile, load, checkpoint, checkpoint_every, progress, options: see :func:`accumulate`.
     """
-    times = list(times)
-    numbers: dict[float, list[int]] = {}
-    for number, moment in enumerate(times):
+    numbers: dict[float | None, list[int]] = {}
+    for number, moment in enumerate(map(float, times)):
         numbers.setdefault(moment, []).append(number)
-    for moment, sums in _places(client, source, list(numbers), **arguments):
-        for number in numbers[moment]:
+    cut = Cut(spp, passes_per_part, tile)
+    work = _work(client, source, list(numbers), size, cut, load, checkpoint, checkpoint_every, options)
+    for done, sums in work.run(client, progress):
+        for number in numbers[done]:
             yield number, sums.develop()
 
 
-def _places(
+@dataclass(frozen=True)
+class Cut:
+    """How pictures are cut into parts."""
+
+    spp: int
+    passes_per_part: int | None
+    tile: tuple[int, int] | None
+
+    def regions(self, size: tuple[int, int]) -> list[Region | None]:
+        """The tiles."""
+        return list(_tiles(size, self.tile)) if self.tile else [None]
+
+    def ranges(self, places: int, workers: int) -> list[tuple[int, int]]:
+        """The ranges of passes."""
+        parts = max(1, PARTS_PER_WORKER * max(1, workers) // places)
+        step = self.passes_per_part or -(-self.spp // parts)
+        if self.spp < 1 or step < 1:
+            raise vl.UsageError("at least one sample is expected", "spp" if self.spp < 1 else "passes_per_part")
+        return [(first, min(first + step, self.spp)) for first in range(0, self.spp, step)]
+
+
+def _work(
     client: Client,
     source: str | os.PathLike[str],
-    times: Sequence[float | None],
-    *,
+    times: list[float | None],
     size: tuple[int, int],
-    spp: int,
-    passes_per_part: int | None = None,
-    tile: tuple[int, int] | None = None,
-    load: Mapping[str, Any] | None = None,
-    checkpoint: str | os.PathLike[str] | None = None,
-    checkpoint_every: float = 60.0,
-    progress: Callable[[int, int], None] | None = None,
-    **options: Any,
-) -> Iterator[tuple[Any, vl.Accumulator]]:
-    """The sums of each moment, when they are whole."""
-    for argument in ("noise", "passes", "crop", "progress", "threads"):
+    cut: Cut,
+    load: Mapping[str, Any] | None,
+    checkpoint: str | os.PathLike[str] | None,
+    checkpoint_every: float,
+    options: dict[str, Any],
+) -> Work:
+    for argument in ("noise", "passes", "crop", "threads"):
         if argument in options:
             raise vl.UsageError("a cluster does not take it", argument, "leave it out")
     source, load = os.fspath(source), dict(load or {})
-    options = {"size": tuple(size), **options}
-    job = Job(source, load, options, vl.load(source, **load).fingerprint)
-    regions: list[Region | None] = list(_tiles(size, tile)) if tile else [None]
-    step = passes_per_part or _passes_per_part(client, spp, len(regions) * len(times))
-    ranges = [(first, min(first + step, spp)) for first in range(0, spp, step)]
-    keep = Checkpoint(job, checkpoint, checkpoint_every)
-    sums = {(moment, region): keep.read((moment, region)) for moment in times for region in regions}
-    parts = [
-        Part(moment, region, passes)
-        for moment in times
-        for region in regions
-        for passes in _missing(sums[moment, region], ranges)
-    ]
-    total = len(parts)
-    done = 0
-    left = {place: sum(part.place == place for part in parts) for place in sums}
+    fingerprint = vl.load(source, **load).fingerprint
+    job = Job(source, load, {"size": tuple(size), **options}, fingerprint)
+    regions = cut.regions(size)
+    ranges = cut.ranges(len(regions) * len(times), len(client.nthreads()))
+    return Work(job, times, regions, ranges, Checkpoint(job, checkpoint, checkpoint_every))
 
-    def whole(moment: float | None) -> vl.Accumulator:
-        return vl.merge([sums.pop((moment, region)) for region in regions])
 
-    for moment in times:
-        if not any(left[moment, region] for region in regions):
-            yield moment, whole(moment)
-    try:
-        for part, result in _results(client, job, parts):
-            known, new = sums[part.place], vl.Accumulator.from_bytes(result)
-            sums[part.place] = vl.merge([known, new]) if known else new
-            left[part.place] -= 1
-            done += 1
-            keep.note(part.place)
-            keep.write(sums)
-            if progress:
-                progress(done, total)
-            if not any(left[part.time, region] for region in regions):
-                keep.write(sums, now=True)
-                yield part.time, whole(part.time)
-    finally:
-        keep.write(sums, now=True)
+class Work:
+    """Pictures under way: their sums, and the parts that are missing."""
+
+    def __init__(
+        self,
+        job: Job,
+        times: list[float | None],
+        regions: list[Region | None],
+        ranges: list[tuple[int, int]],
+        checkpoint: Checkpoint,
+    ) -> None:
+        self.job, self.times, self.regions, self.checkpoint = job, times, regions, checkpoint
+        self.sums = {place: checkpoint.read(place) for place in itertools.product(times, regions)}
+        self.parts = [Part(*place, passes) for place in self.sums for passes in _missing(self.sums[place], ranges)]
+        self.left = Counter(part.time for part in self.parts)
+
+    def run(
+        self, client: Client, progress: Callable[[int, int], None] | None
+    ) -> Iterator[tuple[float | None, vl.Accumulator]]:
+        """The sums of each moment, when they are whole."""
+        try:
+            for moment in self.times:
+                if not self.left[moment]:
+                    yield moment, self._whole(moment)
+            for done, (part, result) in enumerate(_results(client, self.job, self.parts), 1):
+                self._add(part, vl.Accumulator.from_bytes(result))
+                if progress:
+                    progress(done, len(self.parts))
+                if not self.left[part.time]:
+                    self.checkpoint.write(self.sums, now=True)
+                    yield part.time, self._whole(part.time)
+        finally:
+            self.checkpoint.write(self.sums, now=True)
+
+    def _add(self, part: Part, new: vl.Accumulator) -> None:
+        known = self.sums[part.place]
+        self.sums[part.place] = vl.merge([known, new]) if known else new
+        self.left[part.time] -= 1
+        self.checkpoint.note(part.place)
+        self.checkpoint.write(self.sums)
+
+    def _whole(self, moment: float | None) -> vl.Accumulator:
+        tiles = [self.sums.pop((moment, region)) for region in self.regions]
+        return vl.merge([tile for tile in tiles if tile])
 
 
 def _tiles(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Region]:
@@ -222,11 +275,6 @@ def _tiles(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Region]:
     for y in range(0, height, rows):
         for x in range(0, width, columns):
             yield x, y, min(x + columns, width), min(y + rows, height)
-
-
-def _passes_per_part(client: Client, spp: int, places: int) -> int:
-    parts = max(1, PARTS_PER_WORKER * max(1, len(client.nthreads())) // places)
-    return -(-spp // parts)
 
 
 def _missing(
@@ -253,7 +301,7 @@ class Checkpoint:
         self.folder = None if folder is None else Path(folder)
         self.every = every
         self.due = time.monotonic() + every
-        self.changed: set[tuple[float | None, Region | None]] = set()
+        self.changed: set[Place] = set()
         if self.folder is not None:
             self._claim(self.folder, job)
 
@@ -271,21 +319,21 @@ class Checkpoint:
         new.write_text(json.dumps(mine, indent=1))
         new.replace(file)
 
-    def _file(self, folder: Path, place: tuple[float | None, Region | None]) -> Path:
+    def _file(self, folder: Path, place: Place) -> Path:
         moment, region = place
         words = ["rest" if moment is None else f"{moment!r}s", *map(str, region or ["whole"])]
         return folder / f"{'-'.join(words)}.vlc"
 
-    def read(self, place: tuple[float | None, Region | None]) -> vl.Accumulator | None:
+    def read(self, place: Place) -> vl.Accumulator | None:
         """What there is of a place."""
         file = self.folder and self._file(self.folder, place)
         return vl.Accumulator.load(file) if file and file.exists() else None
 
-    def note(self, place: tuple[float | None, Region | None]) -> None:
+    def note(self, place: Place) -> None:
         """There is more of a place."""
         self.changed.add(place)
 
-    def write(self, sums: Mapping[Any, vl.Accumulator | None], now: bool = False) -> None:
+    def write(self, sums: Mapping[Place, vl.Accumulator | None], now: bool = False) -> None:
         """Writes what is new, if it is time."""
         if self.folder is None or (not now and time.monotonic() < self.due):
             return
@@ -299,8 +347,11 @@ class Checkpoint:
 
 def _results(client: Client, job: Job, parts: Sequence[Part]) -> Iterator[tuple[Part, bytes]]:
     """The sums of all parts, each once, as they come."""
-    waiting, running = deque(parts), dict[Future, tuple[Part, float]]()
-    lost, longest, done = dict[Part, int](), 0.0, set[Part]()
+    waiting = deque(parts)
+    running: dict[Task, tuple[Part, float]] = {}
+    lost: Counter[Part] = Counter()
+    done: set[Part] = set()
+    longest = 0.0
 
     def submit(part: Part, name: str = "", workers: list[str] | None = None) -> None:
         future = client.submit(
@@ -309,21 +360,23 @@ def _results(client: Client, job: Job, parts: Sequence[Part]) -> Iterator[tuple[
         running[future] = part, time.monotonic()
 
     try:
-        while waiting or running:
+        while len(done) < len(parts):
             while waiting and len(running) < AHEAD * max(1, len(client.nthreads())):
                 submit(waiting.popleft())
             for future in _ended(running):
-                part, _ = running.pop(future)
-                result = _result(future)
-                if part in done:
+                part, _ = running.pop(future, (None, 0.0))
+                if part is None or part in done:
                     continue
+                result = _result(future)
                 if result is None:
-                    lost[part] = lost.get(part, 0) + 1
+                    lost[part] += 1
                     if lost[part] >= ATTEMPTS:
                         raise vl.Error(f"{ATTEMPTS} workers that had it died", str(part), "give workers more memory")
                     submit(part, f"-lost-{lost[part]}")
                     continue
                 done.add(part)
+                for other in [other for other, (same, _) in running.items() if same == part]:
+                    del running[other]
                 sums, seconds = result
                 longest = max(longest, seconds)
                 yield part, sums
@@ -333,7 +386,7 @@ def _results(client: Client, job: Job, parts: Sequence[Part]) -> Iterator[tuple[
         client.cancel(list(running))
 
 
-def _ended(running: Mapping[Future, Any]) -> list[Future]:
+def _ended(running: Mapping[Task, Any]) -> list[Task]:
     try:
         wait(list(running), timeout=LOOK, return_when="FIRST_COMPLETED")
     except (TimeoutError, FuturesCancelledError):
@@ -341,15 +394,16 @@ def _ended(running: Mapping[Future, Any]) -> list[Future]:
     return [future for future in running if future.status != "pending"]
 
 
-def _result(future: Future) -> tuple[bytes, float] | None:
+def _result(future: Task) -> tuple[bytes, float] | None:
     """The result of a task that ended, none if its worker or the scheduler was lost."""
     try:
-        return future.result()
+        sums, seconds = future.result()
+        return sums, seconds
     except (KilledWorker, FutureCancelledError):
         return None
 
 
-def _double(client: Client, running: dict[Future, Any], submit: Callable[..., None], longest: float) -> None:
+def _double(client: Client, running: Mapping[Task, tuple[Part, float]], submit: Callable[..., None], longest: float) -> None:
     """Gives what takes long to idle workers as well; the first result counts."""
     busy = client.processing()
     idle = [worker for worker, keys in busy.items() if not keys]
