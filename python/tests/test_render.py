@@ -72,7 +72,7 @@ def test_files_by_extension(cornell: vl.Scene, tmp_path: Path) -> None:
     image.save(str(tmp_path / "a.jpg"))
     assert (tmp_path / "a.jpg").read_bytes() == image.encode("jpg")
     assert image.encode("png").startswith(b"\x89PNG") and image.encode("exr")[:4] == b"\x76\x2f\x31\x01"
-    assert image._repr_png_() == image.encode() and "base64," in image._repr_html_()
+    assert image._repr_png_() == image.encode()
     with pytest.raises(vl.UsageError, match="unknown kind"):
         image.save(tmp_path / "a.tga")
     with pytest.raises(vl.OutputError):

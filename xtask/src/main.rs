@@ -1,4 +1,4 @@
-//! One command for every chore: `cargo xtask test | lint | soak | gallery [NAME] | sheet DIR | wheel`.
+//! One command for every chore: `cargo xtask test | lint | soak | gallery [NAME] | sheet DIR | python | wheel`.
 
 mod browser;
 mod driver;
@@ -21,6 +21,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
              high sample counts, stores damaged and processes killed by chance
   gallery [NAME]  renders the pictures of docs/gallery again, or one of them
   sheet DIR  renders a thumbnail of every model below DIR
+  python     the tests of the Python package alone
   wheel      the Python package as it is published, tested in an environment of its own";
 
 fn main() -> ExitCode {
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         "soak" => test::soak(),
         "gallery" => gallery::run(),
         "sheet" => sheet::run(),
+        "python" => test::python(),
         "wheel" => python::wheel(),
         _ => Err(USAGE.into()),
     };

@@ -43,6 +43,13 @@ pub(crate) fn run() -> Result<(), String> {
     tests("tests", &[], python::test)
 }
 
+/// The Python package alone.
+pub(crate) fn python() -> Result<(), String> {
+    let mut tally = Tally::default();
+    let outcome = python::test(&mut tally);
+    tally.conclude("python", true).and(outcome)
+}
+
 /// The long proofs: the same tests, told to take their time, optimised.
 pub(crate) fn soak() -> Result<(), String> {
     driver::find_or_install();
