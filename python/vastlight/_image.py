@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import os
 from typing import Any, Literal
@@ -118,11 +117,6 @@ class Image:
 
     def _repr_png_(self) -> bytes:
         return self.encode("png")
-
-    def _repr_html_(self) -> str:
-        data = base64.b64encode(self.encode("png")).decode()
-        width, height = self.size
-        return f'<img width="{width}" height="{height}" alt="{self!r}" src="data:image/png;base64,{data}">'
 
     def __repr__(self) -> str:
         width, height = self.size

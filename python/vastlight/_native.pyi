@@ -13,6 +13,8 @@ _Indices = npt.NDArray[np.uint32]
 _Listener = tuple[Callable[[int, int, int, float, float | None, bytes | None], None], float | None]
 _Rays = tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]
 
+__all__ = ["Accumulator", "Image", "Scene", "Server", "version"]
+
 def version() -> str: ...
 @final
 class Image:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import importlib
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -98,10 +99,9 @@ class Notebook:
     """A display that is replaced as the picture grows, and empty in the end: the result shows itself."""
 
     def __init__(self) -> None:
-        from IPython.display import HTML, display
-
-        self._html: Any = HTML
-        self._handle: Any = display(HTML(""), display_id=True)
+        shown: Any = importlib.import_module("IPython.display")
+        self._html = shown.HTML
+        self._handle = shown.display(shown.HTML(""), display_id=True)
         self._picture = ""
 
     def native(self) -> tuple[Native, float | None]:

@@ -183,7 +183,7 @@ def render(
     request, progress = _request(spp, options, **own)
     follower = listener(progress)
     try:
-        return Image(scene._native.render(request, follower and follower.native()))
+        return Image(scene._core.render(request, follower.native() if follower else None))
     finally:
         if follower:
             follower.close()
@@ -207,7 +207,7 @@ def accumulate(
     request, progress = _request(wanted[1], options, passes=wanted)
     follower = listener(progress)
     try:
-        return Accumulator(scene._native.accumulate(request, follower and follower.native()))
+        return Accumulator(scene._core.accumulate(request, follower.native() if follower else None))
     finally:
         if follower:
             follower.close()
@@ -273,4 +273,4 @@ def view(
 
     changes = to_json(scene._looks.changes) if scene._looks.changes else None
     page = {"host": host, "port": port, "spp": spp, "camera": camera}
-    return View(scene._native.view(page, changes))
+    return View(scene._core.view(page, changes))

@@ -82,7 +82,7 @@ class Object:
 
     @property
     def _mesh(self) -> int:
-        meshes = {self._scene._native.mesh_of(number) for number in self.instances}
+        meshes = {self._scene._core.mesh_of(number) for number in self.instances}
         if len(meshes) > 1:
             raise SceneError(f"{len(meshes)} meshes have this name", f'"{self._name}"')
         return meshes.pop()
@@ -90,11 +90,11 @@ class Object:
     @property
     def transform(self) -> npt.NDArray[np.float64]:
         """World from object, (4, 4) float64 for column vectors: the translation is the last column. A copy; assign to change it."""
-        return self._scene._native.transform(self._single())
+        return self._scene._core.transform(self._single())
 
     @transform.setter
     def transform(self, matrix: npt.ArrayLike) -> None:
-        self._scene._native.set_transform(self._single(), as_matrix(matrix))
+        self._scene._core.set_transform(self._single(), as_matrix(matrix))
 
     @property
     def vertices(self) -> npt.NDArray[np.float32]:
@@ -103,7 +103,7 @@ class Object:
         Structures for rays are refitted, updated or rebuilt, whichever suits; shading normals are derived if the mesh has some
         (:meth:`set_vertices` takes others). Positions snap to a lattice of 24 bits over the mesh.
         """
-        return self._scene._native.vertices(self._mesh)
+        return self._scene._core.vertices(self._mesh)
 
     @vertices.setter
     def vertices(self, vertices: npt.ArrayLike) -> None:
@@ -112,12 +112,12 @@ class Object:
     def set_vertices(self, vertices: npt.ArrayLike, normals: npt.ArrayLike | None = None) -> None:
         """Gives its mesh other vertices, (N, 3), and shading normals, (N, 3), if it has some."""
         given = None if normals is None else as_rows(normals, 3, "normals")
-        self._scene._native.set_vertices(self._mesh, as_rows(vertices, 3, "vertices"), given)
+        self._scene._core.set_vertices(self._mesh, as_rows(vertices, 3, "vertices"), given)
 
     @property
     def faces(self) -> npt.NDArray[np.uint32]:
         """Triangles of its mesh, (M, 3) uint32 into :attr:`vertices`; of a scene in a store empty."""
-        return self._scene._native.faces(self._mesh)
+        return self._scene._core.faces(self._mesh)
 
     def __repr__(self) -> str:
         return f"vastlight.Object {self._name!r}, instances {self.instances}"
@@ -134,7 +134,7 @@ class Scene(Mapping[str, Object]):
         threads: for all work on the scene; one for each processor without.
     """
 
-    _native: _native.Scene
+    _core: _native.Scene
     _looks: Looks
     _index: dict[str, tuple[int, ...]] | None
     _known: set[str]
@@ -149,7 +149,7 @@ class Scene(Mapping[str, Object]):
         return scene
 
     def _begin(self, native: _native.Scene) -> None:
-        self._native = native
+        self._core = native
         self._looks = Looks(native)
         self._index = None
         self._known = set(native.names())
@@ -159,7 +159,7 @@ class Scene(Mapping[str, Object]):
     def _table(self) -> dict[str, tuple[int, ...]]:
         if self._index is None:
             found: dict[str, list[int]] = {}
-            for number, name in enumerate(self._native.names()):
+            for number, name in enumerate(self._core.names()):
                 found.setdefault(name, []).append(number)
             self._index = {name: tuple(numbers) for name, numbers in found.items()}
         return self._index
@@ -183,15 +183,15 @@ class Scene(Mapping[str, Object]):
     @property
     def names(self) -> list[str]:
         """The name of each instance, by its number."""
-        return self._native.names()
+        return self._core.names()
 
     def instance_transform(self, number: int) -> npt.NDArray[np.float64]:
         """World from object of an instance by its number, (4, 4) float64."""
-        return self._native.transform(number)
+        return self._core.transform(number)
 
     def set_instance_transform(self, number: int, transform: npt.ArrayLike) -> None:
         """Puts an instance, by its number, in another place."""
-        self._native.set_transform(number, as_matrix(transform))
+        self._core.set_transform(number, as_matrix(transform))
 
     def add_mesh(
         self,
@@ -227,7 +227,7 @@ class Scene(Mapping[str, Object]):
             raise UsageError(f'"{name}" is in the scene already', "name", "take another name, or remove it first")
         if isinstance(material, Mapping):
             material = self.add_material(name, **material).name
-        self._native.add_mesh(
+        self._core.add_mesh(
             {
                 "name": name,
                 "vertices": as_rows(vertices, 3, "vertices"),
@@ -246,7 +246,7 @@ class Scene(Mapping[str, Object]):
         """Puts a material into the scene; `values` are its keys (see :attr:`materials`)."""
         if name in self.materials:
             raise UsageError(f'"{name}" is in the scene already', "name", "take another name")
-        self._native.add_material(name)
+        self._core.add_material(name)
         added = self.materials[name]
         if values:
             added.update(**values)
@@ -276,7 +276,7 @@ class Scene(Mapping[str, Object]):
             raise UsageError(f'"{name}" is in the scene already', "name", "take another name")
         red, green, blue = (float(x) for x in np.broadcast_to(as_array(intensity, np.float64), 3))
         matrix = as_matrix(np.eye(4) if transform is None else transform)
-        self._native.add_light(name, kind, (red, green, blue), matrix, (inner_angle, outer_angle))
+        self._core.add_light(name, kind, (red, green, blue), matrix, (inner_angle, outer_angle))
         return self.lights[name]
 
     def add_camera(
@@ -298,11 +298,11 @@ class Scene(Mapping[str, Object]):
             focus_distance: metres along the view.
         """
         lens = (math.radians(fov), lens_radius, focus_distance)
-        self._native.add_camera(name, as_matrix(transform), lens)
+        self._core.add_camera(name, as_matrix(transform), lens)
 
     def remove(self, name: str) -> None:
         """Takes the instances of a name out of the scene, and meshes of which none is left."""
-        self._native.remove(list(self._numbers(name)))
+        self._core.remove(list(self._numbers(name)))
         self._known.discard(name)
         self._index = None
 
@@ -326,7 +326,7 @@ class Scene(Mapping[str, Object]):
     @property
     def cameras(self) -> list[str]:
         """Names of the cameras; pictures are taken with the first unless another is named."""
-        return self._native.table("cameras")
+        return self._core.table("cameras")
 
     def camera(self, name: str | None = None) -> CameraView:
         """A camera of the scene, to be given to :func:`render` or changed first: ``scene.camera("far").with_fov(30)``."""
@@ -346,50 +346,50 @@ class Scene(Mapping[str, Object]):
 
     def set_time(self, seconds: float) -> None:
         """Brings what moves to a moment. Structures are refitted, updated or rebuilt, whichever suits."""
-        self._native.set_time(seconds)
+        self._core.set_time(seconds)
 
     @property
     def time(self) -> float | None:
         """The moment that was set, seconds; none for the scene at rest."""
-        return self._native.movement()[2]
+        return self._core.movement()[2]
 
     @property
     def moves(self) -> bool:
         """Whether :meth:`set_time` does anything."""
-        return self._native.movement()[0]
+        return self._core.movement()[0]
 
     @property
     def duration(self) -> float | None:
         """Seconds from the first moment, which is 0, to the last; none if nothing moves or there is no last."""
-        return self._native.movement()[1]
+        return self._core.movement()[1]
 
     # Figures
 
     @property
     def bounds(self) -> npt.NDArray[np.float32] | None:
         """(2, 3) float32: the smallest and the largest corner of the box around all instances; none of an empty scene."""
-        corners = self._native.bounds()
+        corners = self._core.bounds()
         return None if corners is None else cast("npt.NDArray[np.float32]", np.stack(corners))
 
     def stats(self) -> dict[str, int]:
         """Numbers of meshes, instances, triangles, materials, textures, lights and cameras."""
-        counts: dict[str, int] = json.loads(self._native.counts())
+        counts: dict[str, int] = json.loads(self._core.counts())
         return counts
 
     @property
     def warnings(self) -> list[str]:
         """What was found wrong or left out when the scene was opened."""
-        return [str(SceneError(*found)) for found in self._native.warnings()]
+        return [str(SceneError(*found)) for found in self._core.warnings()]
 
     @property
     def fingerprint(self) -> str:
         """32 hexadecimal digits that tell the scene's contents, as they are now, from others: names and dates of files do not count."""
-        return self._native.fingerprint()
+        return self._core.fingerprint()
 
     @property
     def source(self) -> str:
         """Where it was opened; empty if nowhere."""
-        return self._native.source
+        return self._core.source
 
     def __repr__(self) -> str:
         stats = self.stats()
@@ -415,7 +415,7 @@ class Scene(Mapping[str, Object]):
             tmin: smallest t that counts, one or (N,), in units of the direction's length.
             tmax: largest t that counts, one or (N,).
         """
-        return Hits(*self._native.trace(_rays(origins, directions, tmin, tmax)))
+        return Hits(*self._core.trace(_rays(origins, directions, tmin, tmax)))
 
     def occluded(
         self,
@@ -425,7 +425,7 @@ class Scene(Mapping[str, Object]):
         tmax: npt.ArrayLike = math.inf,
     ) -> npt.NDArray[np.bool_]:
         """Whether each ray hits anything between tmin and tmax: (N,) bool. Arguments are those of :meth:`trace`."""
-        return self._native.occluded(_rays(origins, directions, tmin, tmax))
+        return self._core.occluded(_rays(origins, directions, tmin, tmax))
 
 
 def _rays(

@@ -1,9 +1,10 @@
-//! One command for every chore: `cargo xtask test | lint | soak | gallery [NAME] | sheet DIR`.
+//! One command for every chore: `cargo xtask test | lint | soak | gallery [NAME] | sheet DIR | python | wheel`.
 
 mod browser;
 mod driver;
 mod gallery;
 mod process;
+mod python;
 mod sheet;
 mod test;
 
@@ -13,12 +14,15 @@ const USAGE: &str = "usage: cargo xtask COMMAND
 
   test       everything that must pass: format, lints, documentation, all tests; counts what was skipped and why;
              looks for a software Vulkan driver, and asks apt-get for it where there is none; says where the
-             browser is in which the interactive page is tested
+             browser is in which the interactive page is tested; tests the Python package where
+             there is a Python
   lint       format, lints and documentation alone
   soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at
              high sample counts, stores damaged and processes killed by chance
   gallery [NAME]  renders the pictures of docs/gallery again, or one of them
-  sheet DIR  renders a thumbnail of every model below DIR";
+  sheet DIR  renders a thumbnail of every model below DIR
+  python     the tests of the Python package alone
+  wheel      the Python package as it is published, tested in an environment of its own";
 
 fn main() -> ExitCode {
     let command = std::env::args().nth(1).unwrap_or_default();
@@ -28,6 +32,8 @@ fn main() -> ExitCode {
         "soak" => test::soak(),
         "gallery" => gallery::run(),
         "sheet" => sheet::run(),
+        "python" => test::python(),
+        "wheel" => python::wheel(),
         _ => Err(USAGE.into()),
     };
     match outcome {

@@ -1,10 +1,10 @@
 //! Lints and tests. A test that needs something absent prints `skipped: ...`; those are counted and named at the end.
 
 use crate::process::{cargo, lines, step};
-use crate::{browser, driver};
+use crate::{browser, driver, python};
 
 /// Code that is built on demand only is proved as well.
-const FEATURES: &str = "vastlight-cli/object-store";
+pub(crate) const FEATURES: &str = "vastlight-cli/object-store";
 
 /// Format, lints, documentation.
 pub(crate) fn lint() -> Result<(), String> {
@@ -40,35 +40,44 @@ pub(crate) fn run() -> Result<(), String> {
     lint()?;
     driver::find_or_install();
     browser::report();
-    tests("tests", &[])
+    tests("tests", &[], python::test)
+}
+
+/// The Python package alone.
+pub(crate) fn python() -> Result<(), String> {
+    let mut tally = Tally::default();
+    let outcome = python::test(&mut tally);
+    tally.conclude("python", true).and(outcome)
 }
 
 /// The long proofs: the same tests, told to take their time, optimised.
 pub(crate) fn soak() -> Result<(), String> {
     driver::find_or_install();
     browser::report();
-    tests("long proofs", &[("VASTLIGHT_SOAK", "1")])
+    tests("long proofs", &[("VASTLIGHT_SOAK", "1")], |_| Ok(()))
 }
 
-fn tests(title: &str, environment: &[(&str, &str)]) -> Result<(), String> {
+/// Runs the workspace's tests, and more.
+fn tests(
+    title: &str,
+    environment: &[(&str, &str)],
+    more: impl FnOnce(&mut Tally) -> Result<(), String>,
+) -> Result<(), String> {
     eprintln!("== {title}");
     let mut tally = Tally::default();
     let arguments = ["test", "--workspace", "--features", FEATURES, "--no-fail-fast", "--", "--show-output"];
     let mut command = cargo(&arguments, environment);
     let succeeded = lines(&mut command, |line| tally.read(line))?;
-    for reason in &tally.skipped {
-        println!("skipped: {reason}");
+    let more = more(&mut tally);
+    if let Err(message) = &more {
+        println!("{message}");
     }
-    println!("{} passed, {} failed, {} skipped", tally.passed, tally.failed, tally.skipped.len());
-    if !succeeded || tally.failed > 0 {
-        return Err(format!("{title}: failed"));
-    }
-    if tally.passed == 0 { Err(format!("{title}: no test ran")) } else { Ok(()) }
+    tally.conclude(title, succeeded && more.is_ok())
 }
 
 /// What the test programs said, all together.
-#[derive(Default)]
-struct Tally {
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
     passed: usize,
     failed: usize,
     skipped: Vec<String>,
@@ -76,6 +85,35 @@ struct Tally {
 }
 
 impl Tally {
+    /// Notes what was not tested, and why.
+    pub(crate) fn skip(&mut self, reason: &str) {
+        self.skipped.push(reason.into());
+    }
+
+    /// Says what came of it.
+    pub(crate) fn conclude(&self, title: &str, succeeded: bool) -> Result<(), String> {
+        for reason in &self.skipped {
+            println!("skipped: {reason}");
+        }
+        println!("{} passed, {} failed, {} skipped", self.passed, self.failed, self.skipped.len());
+        if !succeeded || self.failed > 0 {
+            return Err(format!("{title}: failed"));
+        }
+        if self.passed == 0 { Err(format!("{title}: no test ran")) } else { Ok(()) }
+    }
+
+    /// Reads a line of pytest: `SKIPPED [1] file:line: reason`, `12 passed, 1 skipped in 3.4s`.
+    pub(crate) fn read_pytest(&mut self, line: &str) {
+        if let Some(skipped) = line.strip_prefix("SKIPPED [") {
+            let reason = skipped.split(": ").skip(1).collect::<Vec<_>>().join(": ");
+            self.skip(&reason);
+        } else if line.contains(" passed") || line.contains(" failed") || line.contains(" error") {
+            self.passed += count_before(line, " passed");
+            self.failed += count_before(line, " failed") + count_before(line, " error");
+        }
+        println!("{line}");
+    }
+
     fn read(&mut self, line: &str) {
         if let Some(counts) = line.strip_prefix("test result: ") {
             self.passed += count_before(counts, " passed");
@@ -95,7 +133,8 @@ impl Tally {
 
 /// The number that stands before `word` in `text`; 0 if there is none.
 fn count_before(text: &str, word: &str) -> usize {
-    text.split(word).next().and_then(|t| t.rsplit(' ').next()).and_then(|n| n.parse().ok()).unwrap_or(0)
+    let before = text.split_once(word).and_then(|(before, _)| before.rsplit(' ').next());
+    before.and_then(|number| number.parse().ok()).unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -114,5 +153,10 @@ mod tests {
             tally.read(line);
         }
         assert_eq!((tally.passed, tally.failed, tally.skipped.len()), (15, 2, 1));
+        tally.read_pytest("SKIPPED [1] python/tests/test_extras.py:12: trimesh: not installed");
+        tally.read_pytest("40 passed, 1 skipped in 3.14s");
+        tally.read_pytest("1 failed, 39 passed, 2 errors in 3.14s");
+        assert_eq!((tally.passed, tally.failed), (94, 5));
+        assert_eq!(tally.skipped[1], "trimesh: not installed");
     }
 }

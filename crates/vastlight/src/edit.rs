@@ -120,6 +120,17 @@ fn take_out(desc: &mut SceneDesc, instances: &BTreeSet<usize>) {
     for instance in &mut desc.instances {
         instance.mesh -= gone.range(..instance.mesh).filter(|mesh| is_left_out(mesh)).count() as u32;
     }
+    keep_used_names(desc);
+}
+
+/// Drops names that no instance has.
+fn keep_used_names(desc: &mut SceneDesc) {
+    let used: BTreeSet<u32> = desc.instances.iter().map(|i| i.name).collect();
+    let numbers: Vec<u32> = used.iter().copied().collect();
+    desc.names = numbers.iter().map(|&i| desc.names.get(i as usize).cloned().unwrap_or_default()).collect();
+    for instance in &mut desc.instances {
+        instance.name = numbers.partition_point(|&number| number < instance.name) as u32;
+    }
 }
 
 impl Session {

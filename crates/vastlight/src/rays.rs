@@ -64,11 +64,12 @@ impl RayHits {
     }
 }
 
-/// Writes an answer into its row.
-fn put(((t, prim), (instance, uv), normal): &mut Rows<'_>, row: usize, hit: &Hit, facing: Vec3) {
+/// Writes an answer into its row; only triangles have a normal.
+fn put(((t, prim), (instance, uv), normal): &mut Rows<'_>, row: usize, (hit, facing): (&Hit, Option<Vec3>)) {
     // Ids have 31 bits, and none is -1.
-    (t[row], prim[row], instance[row]) = (hit.t, hit.prim as i32, hit.instance as i32);
-    (uv[row], normal[row]) = ([hit.u, hit.v], facing.to_array());
+    let id = if facing.is_some() { hit.prim } else { Hit::NONE };
+    (t[row], prim[row], instance[row]) = (hit.t, id as i32, hit.instance as i32);
+    (uv[row], normal[row]) = ([hit.u, hit.v], facing.unwrap_or(Vec3::ZERO).to_array());
 }
 
 /// The last instance's map for normals: neighbours hit the same one.
@@ -93,12 +94,12 @@ impl<'s> Facing<'s> {
     }
 
     /// The same of a hit on a triangle that is in memory.
-    fn of_hit(&mut self, hit: &Hit) -> Vec3 {
-        if !hit.is_hit() || hit.prim == Hit::NONE {
-            return Vec3::ZERO;
+    fn of_hit(&mut self, hit: &Hit) -> Option<Vec3> {
+        if !hit.is_hit() {
+            return None;
         }
         let mesh = &self.scene.meshes()[self.scene.instances().mesh(hit.instance as usize) as usize];
-        self.of(hit.instance, mesh.corners(hit.prim))
+        mesh.implicit.is_none().then(|| self.of(hit.instance, mesh.corners(hit.prim)))
     }
 }
 
@@ -229,8 +230,8 @@ fn trace_paged<'a>(
         let mut facing = Facing::new(scene);
         through(caches, |batch, pager| {
             batch.closest(tracer, pager, rays, None, |row, hit: &Hit, found: &Found| {
-                let normal = if hit.is_hit() { facing.of(hit.instance, found.corners) } else { Vec3::ZERO };
-                put(&mut rows, row, hit, normal);
+                let normal = hit.is_hit().then(|| facing.of(hit.instance, found.corners));
+                put(&mut rows, row, (hit, normal));
             })
         })
     })
@@ -265,7 +266,7 @@ fn fill<'a>(scene: &Scene, hits: &[Hit], answers: impl IndexedParallelIterator<I
     hits.par_chunks(CHUNK).zip(answers).for_each(|(hits, mut rows)| {
         let mut facing = Facing::new(scene);
         for (row, hit) in hits.iter().enumerate() {
-            put(&mut rows, row, hit, facing.of_hit(hit));
+            put(&mut rows, row, (hit, facing.of_hit(hit)));
         }
     });
 }

@@ -10,7 +10,7 @@ pub(crate) fn of_view(view: &View, source: &str, arguments: &[String]) -> Value 
     json!({
         "kind": "share",
         "command": command(view, source, arguments),
-        "python": python(view, source),
+        "python": python(view, source, arguments),
         "overrides": overrides,
     })
 }
@@ -70,33 +70,93 @@ fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
 
-/// A program for the Python package.
-fn python(view: &View, source: &str) -> String {
-    let string = |text: &str| Value::from(text).to_string();
-    let mut lines = vec!["import vastlight as vl".to_owned(), String::new()];
-    lines.push(format!("s = vl.load({})", string(source)));
-    if view.time != 0.0 {
-        lines.push(format!("s.set_time({:?})", view.time));
-    }
-    for (name, edit) in &view.edits.materials {
-        let values = json!(edit);
-        for (key, value) in values.as_object().into_iter().flatten() {
-            lines.push(format!("s.materials[{}].{key} = {value}", string(name)));
+/// A text as Python takes it.
+fn string(text: &str) -> String {
+    Value::from(text).to_string()
+}
+
+/// A program for the Python package; arguments are those of the command line.
+fn python(view: &View, source: &str, arguments: &[String]) -> String {
+    let mut load = vec![string(source)];
+    let mut overrides = Vec::new();
+    for pair in arguments.chunks_exact(2) {
+        let (name, value) = (pair[0].trim_start_matches('-').replace('-', "_"), &pair[1]);
+        match name.as_str() {
+            "override" => overrides.push(string(value)),
+            "sun" => load.push(format!("sun=({})", value.replace(',', ", "))),
+            "sequence_fps" | "triangles" | "texture_bytes" => load.push(format!("{name}={value}")),
+            _ => load.push(format!("{name}={}", string(value))),
         }
     }
-    let View { size, render, .. } = view;
-    lines.push(format!(
-        "img = vl.render(s, size=({}, {}), spp={}, seed={})",
-        size.width, size.height, render.spp, render.seed
-    ));
-    lines.push("img.save(\"picture.exr\")".to_owned());
-    lines.join("\n") + "\n"
+    if view.time != 0.0 {
+        load.push(format!("time={:?}", view.time));
+    }
+    if !view.edits.is_empty() {
+        overrides.push(string(OVERRIDES));
+    }
+    if !overrides.is_empty() {
+        load.push(format!("overrides=[{}]", overrides.join(", ")));
+    }
+    let save = match view.channel.aov() {
+        Some(_) => "\"picture.exr\"".to_owned(),
+        None => {
+            let (exposure, curve) = (view.tone.exposure, string(&view.tone.curve));
+            format!("\"picture.png\", exposure={exposure:?}, tonemap={curve}")
+        }
+    };
+    let (load, render) = (load.join(", "), picture_arguments(view).join(", "));
+    format!(
+        "import vastlight as vl\n\ns = vl.load({load})\nimg = vl.render(s, {render}, progress=True)\nimg.save({save})\n"
+    )
+}
+
+/// What decides the picture, as arguments of Python.
+fn picture_arguments(view: &View) -> Vec<String> {
+    let View { size, render, camera, .. } = view;
+    let aov = view.channel.aov();
+    let integrator = if aov.is_some() { IntegratorName::Primary } else { render.integrator };
+    let mut given = vec![
+        format!("size=({}, {})", size.width, size.height),
+        format!("spp={}, max_depth={}, seed={}", render.spp, render.max_depth, render.seed),
+        format!("integrator={}", string(integrator.name())),
+    ];
+    if render.caustics && aov.is_none() && integrator == IntegratorName::Path {
+        given.push("caustics=\"photons\"".to_owned());
+    }
+    given.push(match &camera.name {
+        Some(name) => format!("camera={}", string(name)),
+        None => format!("look_at=({:?}, {:?}), fov={:?}", camera.eye, camera.target, camera.fov),
+    });
+    given.extend(aov.map(|aov| format!("aovs=[{}]", string(aov.name()))));
+    given
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::view::CameraView;
+
+    #[test]
+    fn the_program_does_what_the_command_does() {
+        let mut view = View::new(32);
+        view.camera.name = Some("Camera 1".into());
+        let arguments =
+            ["--sun", "10,45", "--animation", "walk", "--override", "a.toml", "--triangles", "500"];
+        let text = python(&view, "my house.glb", &arguments.map(String::from));
+        assert_eq!(
+            text,
+            "import vastlight as vl\n\ns = vl.load(\"my house.glb\", sun=(10, 45), animation=\"walk\", triangles=500, \
+             overrides=[\"a.toml\"])\nimg = vl.render(s, size=(1280, 720), spp=32, max_depth=16, seed=0, integrator=\"path\", \
+             camera=\"Camera 1\", progress=True)\nimg.save(\"picture.png\", exposure=0.0, tonemap=\"filmic\")\n"
+        );
+        view.camera = CameraView { eye: [0.0, 1.0, 3.0], target: [0.0; 3], fov: 39.5, name: None };
+        view.channel = Channel::Normal;
+        let text = python(&view, "demo:cornell", &[]);
+        assert!(
+            text.contains("look_at=([0.0, 1.0, 3.0], [0.0, 0.0, 0.0]), fov=39.5, aovs=[\"normal\"]"),
+            "{text}"
+        );
+    }
 
     #[test]
     fn the_command_names_what_decides_the_picture() {
