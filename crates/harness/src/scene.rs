@@ -47,6 +47,10 @@ fn read(path: &Path) {
     let size = file_size(path, &options);
     let Ok(mut desc) = load(path, &options) else { return };
     size.expect("what can be read has a size");
+    if desc.diagnostics.first_error().is_some() {
+        assert!(Scene::new(desc).is_err(), "a scene with an error is none");
+        return;
+    }
     same_in_pieces(&desc, path, &options);
     // The sky that it gets otherwise takes longer than all the rest.
     desc.environment.get_or_insert(Environment::Constant(Vec3::ONE));
