@@ -1,7 +1,8 @@
-//! One command for every chore: `cargo xtask test | lint | soak | gallery [NAME] | sheet DIR | python | wheel`.
+//! One command for every chore: `cargo xtask test | lint | soak | fuzz [TARGET] [SECONDS] | gallery [NAME] | sheet DIR | python | wheel`.
 
 mod browser;
 mod driver;
+mod fuzz;
 mod gallery;
 mod process;
 mod python;
@@ -16,9 +17,10 @@ const USAGE: &str = "usage: cargo xtask COMMAND
              looks for a software Vulkan driver, and asks apt-get for it where there is none; says where the
              browser is in which the interactive page is tested; tests the Python package where
              there is a Python
-  lint       format, lints and documentation alone
+  lint       format, lints, documentation, licences and sources of dependencies alone
   soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at
-             high sample counts, stores damaged and processes killed by chance
+             high sample counts, stores damaged and processes killed by chance; every fuzz target for a minute
+  fuzz [TARGET] [SECONDS]  runs the fuzz targets, or one of them (60 seconds each), with cargo-fuzz
   gallery [NAME]  renders the pictures of docs/gallery again, or one of them
   sheet DIR  renders a thumbnail of every model below DIR
   python     the tests of the Python package alone
@@ -30,6 +32,7 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "lint" => test::lint(),
         "soak" => test::soak(),
+        "fuzz" => fuzz::run(),
         "gallery" => gallery::run(),
         "sheet" => sheet::run(),
         "python" => test::python(),

@@ -1,12 +1,13 @@
 //! Lints and tests. A test that needs something absent prints `skipped: ...`; those are counted and named at the end.
 
 use crate::process::{cargo, lines, step};
-use crate::{browser, driver, python};
+use crate::{browser, driver, fuzz, python};
+use std::process::Stdio;
 
 /// Code that is built on demand only is proved as well.
 pub(crate) const FEATURES: &str = "vastlight-cli/object-store";
 
-/// Format, lints, documentation.
+/// Format, lints, documentation, dependencies.
 pub(crate) fn lint() -> Result<(), String> {
     step("format", &mut cargo(&["fmt", "--all", "--check"], &[]))?;
     step(
@@ -32,7 +33,19 @@ pub(crate) fn lint() -> Result<(), String> {
             &["doc", "--quiet", "--workspace", "--no-deps", "--features", FEATURES],
             &[("RUSTDOCFLAGS", "-Dwarnings")],
         ),
-    )
+    )?;
+    dependencies()
+}
+
+/// Licences, versions and sources of what is built upon (`deny.toml`), where cargo-deny is installed.
+fn dependencies() -> Result<(), String> {
+    let mut probe = cargo(&["deny", "--version"], &[]);
+    if !probe.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success()) {
+        println!("skipped: dependencies: cargo-deny is missing: cargo install cargo-deny");
+        return Ok(());
+    }
+    let arguments = ["deny", "--log-level", "error", "check", "licenses", "bans", "sources"];
+    step("dependencies", &mut cargo(&arguments, &[]))
 }
 
 /// Everything that must pass.
@@ -54,7 +67,8 @@ pub(crate) fn python() -> Result<(), String> {
 pub(crate) fn soak() -> Result<(), String> {
     driver::find_or_install();
     browser::report();
-    tests("long proofs", &[("VASTLIGHT_SOAK", "1")], |_| Ok(()))
+    tests("long proofs", &[("VASTLIGHT_SOAK", "1")], |_| Ok(()))?;
+    fuzz::briefly()
 }
 
 /// Runs the workspace's tests, and more.

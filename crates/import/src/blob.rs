@@ -1,5 +1,6 @@
 //! Bytes of a file or of a part of it, in memory or read when they are needed.
 
+use crate::{ImportError, Limits};
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufReader, Error, ErrorKind, Read, Result, Seek, SeekFrom};
@@ -87,18 +88,25 @@ impl Blob {
     }
 }
 
-/// Opens a regular file of at most `limit` bytes; and its length.
+/// Opens a regular file of at most `limit` bytes; and its length. What a scene names may be a pipe or a device, and opening one or
+/// reading it to its end may take for ever.
 pub(crate) fn open_file(path: &Path, limit: u64) -> Result<(File, u64)> {
-    let file = File::open(path)?;
-    let metadata = file.metadata()?;
-    let length = metadata.len();
-    if !metadata.is_file() {
+    if !std::fs::metadata(path)?.is_file() {
         return Err(Error::other("it is no regular file"));
     }
+    let file = File::open(path)?;
+    let length = file.metadata()?.len();
     if length > limit {
         return Err(Error::other(format!("{length} bytes are more than the limit of {limit}")));
     }
     Ok((file, length))
+}
+
+/// The same within the limits of files, as the error of an importer.
+pub(crate) fn open_within(path: &Path, limits: &Limits) -> std::result::Result<(File, u64), ImportError> {
+    let (file, bytes) = open_file(path, u64::MAX).map_err(|e| ImportError::io(&e, path))?;
+    limits.check_count(bytes, limits.file_bytes, "bytes", &path.display().to_string())?;
+    Ok((file, bytes))
 }
 
 /// Reads a blob from anywhere in it.
@@ -141,6 +149,32 @@ fn read_exactly(file: &mut File, length: usize) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Opening a pipe that nobody writes to would wait for ever, and devices have no end.
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let pipe = folder.path().join("pipe.obj");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        let mut paths = vec![Path::new("/dev/zero").to_owned()];
+        match made {
+            Ok(status) if status.success() => paths.push(pipe),
+            _ => println!("skipped: mkfifo makes no pipe here"),
+        }
+        for path in paths {
+            let error = open_within(&path, &Limits::default()).expect_err("no regular file");
+            assert_eq!(error.what, "it is no regular file");
+            assert!(crate::load(&path, &crate::LoadOptions::default()).is_err());
+            assert!(crate::load_ies(&path, &Limits::default(), &mut Default::default()).is_err());
+        }
+        let scene = folder.path().join("scene.obj");
+        std::fs::write(&scene, "mtllib pipe.obj\nmtllib /dev/zero\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+            .expect("written");
+        let desc =
+            crate::load(&scene, &crate::LoadOptions::default()).expect("a scene without its libraries");
+        assert_eq!(desc.diagnostics.items().len(), 2, "{:?}", desc.diagnostics);
+    }
 
     #[test]
     fn a_file_on_disk_is_read_as_one_in_memory() {

@@ -1,7 +1,7 @@
 //! Environment maps: latitude-longitude images with radiance that can be used for light.
 
+use crate::blob::open_within;
 use crate::{ImportError, Limits, decode_image};
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 use vastlight_scene::{Diagnostics, Image, Texels};
@@ -33,9 +33,7 @@ pub fn load_environment(
 
 /// The whole of a file, if it is not larger than the limits.
 pub(crate) fn read_file(path: &Path, limits: &Limits) -> Result<Vec<u8>, ImportError> {
-    let file = File::open(path).map_err(|e| ImportError::io(&e, path))?;
-    let bytes = file.metadata().map_err(|e| ImportError::io(&e, path))?.len();
-    limits.check_count(bytes, limits.file_bytes, "bytes", &path.display().to_string())?;
+    let (file, bytes) = open_within(path, limits)?;
     let mut content = Vec::with_capacity(usize::try_from(bytes).unwrap_or(0));
     file.take(limits.file_bytes).read_to_end(&mut content).map_err(|e| ImportError::io(&e, path))?;
     Ok(content)

@@ -1,8 +1,8 @@
 //! Which format a file has.
 
+use crate::blob::open_within;
 use crate::sequence::first_file;
 use crate::{ErrorKind, ImportError, Limits};
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -29,21 +29,19 @@ const HEAD_BYTES: u64 = 1024;
 /// The file cannot be opened, is empty, too large or of an unknown format.
 pub fn detect(path: &Path, limits: &Limits) -> Result<SceneFormat, ImportError> {
     let path = &first_file(path, limits)?;
-    let file = File::open(path).map_err(|e| ImportError::io(&e, path))?;
-    let metadata = file.metadata().map_err(|e| ImportError::io(&e, path))?;
     let place = path.display().to_string();
-    if metadata.is_dir() {
+    if path.is_dir() {
         return Err(
             ImportError::new(ErrorKind::Io, "this is a directory", place).with_hint("name a scene file")
         );
     }
-    limits.check_count(metadata.len(), limits.file_bytes, "bytes", &place)?;
+    let (file, bytes) = open_within(path, limits)?;
     let mut head = Vec::new();
     file.take(HEAD_BYTES).read_to_end(&mut head).map_err(|e| ImportError::io(&e, path))?;
     if head.is_empty() {
         return Err(ImportError::malformed("the file is empty", place));
     }
-    let by_content = || by_content(&head, metadata.len());
+    let by_content = || by_content(&head, bytes);
     let found = by_signature(&head).or_else(|| by_extension(path)).or_else(by_content);
     let unknown =
         || ImportError::new(ErrorKind::UnknownFormat, "unknown scene format", place).with_hint(KNOWN);

@@ -1,5 +1,6 @@
 //! A buffered window over a file that hands out lines of text or runs of bytes, and knows where it is.
 
+use crate::blob::open_within;
 use crate::{ImportError, Limits};
 use std::fs::File;
 use std::io::Read;
@@ -26,7 +27,7 @@ pub(crate) struct Source<R> {
 impl Source<File> {
     /// Opens a file.
     pub(crate) fn open(path: &Path, limits: &Limits) -> Result<Self, ImportError> {
-        let file = File::open(path).map_err(|e| ImportError::io(&e, path))?;
+        let (file, _) = open_within(path, limits)?;
         Ok(Self::new(file, path.display().to_string(), limits))
     }
 }

@@ -17,6 +17,8 @@
 //!
 //! Colours are linear Rec. 709. A name or key that is not there is an error that lists what is.
 
+mod ranges;
+
 use crate::{Error, environment};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -121,7 +123,7 @@ impl Overrides {
     /// Reads a TOML file.
     ///
     /// # Errors
-    /// If it cannot be read, is no TOML, or has keys that mean nothing.
+    /// If it cannot be read, is no TOML, or has keys or numbers that mean nothing.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let place = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|e| Error::scene(e.to_string(), &place, ""))?;
@@ -133,13 +135,26 @@ impl Overrides {
     /// Reads the text of a TOML file; `place` names it in messages.
     ///
     /// # Errors
-    /// If it is no TOML, or has keys that mean nothing.
+    /// If it is no TOML, or has keys or numbers that mean nothing.
     pub fn parse(text: &str, place: &str) -> Result<Self, Error> {
         let parsed: Self = toml::from_str(text).map_err(|e| {
             let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
             Error::scene(e.message().replace('\n', "; "), format!("{place}:{line}"), "")
         })?;
-        Ok(Self { place: place.to_owned(), ..parsed })
+        match parsed.wrong() {
+            Some(what) => Err(Error::scene(what, place, "see docs/overrides.md")),
+            None => Ok(Self { place: place.to_owned(), ..parsed }),
+        }
+    }
+
+    /// What is wrong with a number, if anything.
+    fn wrong(&self) -> Option<String> {
+        let materials =
+            self.materials.iter().map(|(name, change)| (format!("materials.{name}"), change.wrong()));
+        let lights = self.lights.iter().map(|(name, change)| (format!("lights.{name}"), change.wrong()));
+        let environment = self.environment.iter().map(|change| ("environment".to_owned(), change.wrong()));
+        let mut found = materials.chain(lights).chain(environment);
+        found.find_map(|(table, wrong)| wrong.map(|(key, right)| format!("{table}: {key} must be {right}")))
     }
 
     /// Reads the same as JSON; files are looked for in `folder`, and `place` names the text in messages.
@@ -405,6 +420,32 @@ mod tests {
         assert_eq!(desc.lights[0].profile.as_ref().map(|p| p.peak_candela), Some(200.0));
         let missing = Overrides::parse(&text("none.ies"), "o.toml").expect("parsed");
         assert!(missing.apply(&mut desc, &Limits::default()).is_err());
+    }
+
+    #[test]
+    fn numbers_that_mean_nothing_are_refused() {
+        for (table, text) in [
+            ("materials.Wood", "roughness = nan"),
+            ("materials.Wood", "metallic = 1.5"),
+            ("materials.Wood", "base_color = [inf, 1, 1]"),
+            ("materials.Wood", "emission = [1, -1, 1]"),
+            ("materials.Wood", "ior = 0.5"),
+            ("materials.Wood", "thickness = -1"),
+            ("materials.Wood", "attenuation_distance = 0"),
+            ("lights.Lamp", "intensity = [nan, 1, 1]"),
+            ("lights.Lamp", "scale = -2"),
+            ("environment", "color = [1e39, 0, 0]"),
+            ("environment", "strength = -1"),
+            ("environment", "sun = [nan, 30]"),
+            ("environment", "turbidity = 0"),
+        ] {
+            let wrong = Overrides::parse(&format!("[{table}]\n{text}"), "o.toml").expect_err("refused");
+            let key = text.split(' ').next().expect("a key");
+            assert!(wrong.what.starts_with(&format!("{table}: {key} must be ")), "{}", wrong.what);
+        }
+        let limits =
+            "roughness = 0\nmetallic = 1\nior = 0\nattenuation_distance = inf\nbase_color = [2, 0, 0]";
+        assert!(apply(&format!("[materials.Wood]\n{limits}")).is_ok());
     }
 
     #[test]

@@ -15,10 +15,12 @@ mod hub;
 mod inventory;
 mod meter;
 mod picture;
+mod rehearsal;
 mod server;
 mod share;
 mod socket;
 mod stage;
 mod view;
 
+pub use rehearsal::rehearse;
 pub use server::{Server, Viewer};

@@ -86,7 +86,7 @@ impl Header {
 /// How many facets there are, and whether any has a colour: in most files without colours that is known at the end.
 pub(super) fn survey<R: Read>(mut reader: Reader<'_, R>) -> Result<(u32, bool), ImportError> {
     let Header { convention, count } = Header::read(&mut reader)?;
-    let mut colored = matches!(convention, Convention::Magics(_));
+    let mut colored = count > 0 && matches!(convention, Convention::Magics(_));
     for _ in 0..count {
         if colored {
             break;

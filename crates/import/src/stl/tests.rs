@@ -104,6 +104,17 @@ fn many_vertices_are_welded() {
     }
 }
 
+/// Found by fuzzing: a default colour without facets made another material where the file was streamed.
+#[test]
+fn a_default_colour_of_nothing_is_none() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("empty.stl");
+    std::fs::write(&path, binary(b"x COLOR=\x00\x00\xff\xff", &[])).expect("written");
+    let whole = crate::load(&path, &crate::LoadOptions::default()).expect("a scene");
+    let streamed = crate::stream(&path, &crate::LoadOptions::default()).expect("a scene").stream;
+    assert_eq!(streamed.desc.materials, whole.materials);
+}
+
 /// Facets without a corner in common, and once more the first.
 fn apart(count: u32) -> Vec<([[f32; 3]; 3], u16)> {
     let corner = |i: u32, c: u32| [i as f32, c as f32, 1.0];

@@ -2,10 +2,9 @@
 //! interlaced PNG, are decoded whole when their first row is asked for.
 
 use super::{decode_image, exr, format_of, guarded, header_bytes, jpeg, png};
-use crate::blob::Blob;
+use crate::blob::{Blob, open_within};
 use crate::{ErrorKind, ImportError, Limits};
 use ::image::ImageFormat;
-use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::PathBuf;
 use vastlight_scene::{Image, ImageRows, NextRow, SceneDesc, SceneError, Texels};
@@ -197,10 +196,7 @@ impl ImageFile {
     fn open(&self) -> Result<Box<dyn Bytes>, ImportError> {
         match &self.bytes {
             ImageBytes::File(path) => {
-                let file = File::open(path).map_err(|e| ImportError::io(&e, path))?;
-                let bytes = file.metadata().map_err(|e| ImportError::io(&e, path))?.len();
-                let most = self.limits.file_bytes;
-                self.limits.check_count(bytes, most, "bytes", &path.display().to_string())?;
+                let (file, _) = open_within(path, &self.limits)?;
                 Ok(Box::new(BufReader::with_capacity(1 << 16, file)))
             }
             ImageBytes::Part(part) => Ok(Box::new(part.reader())),

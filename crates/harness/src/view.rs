@@ -1,0 +1,8 @@
+//! Messages of the interactive page.
+
+/// Messages, one a line, from somebody who steers.
+pub(crate) fn run(bytes: &[u8]) {
+    let messages = bytes.split(|&byte| byte == b'\n');
+    let refused = vastlight_viewer::rehearse(messages).expect("what was taken makes sense");
+    assert!(refused.iter().all(|what| !what.is_empty()));
+}

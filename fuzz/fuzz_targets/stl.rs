@@ -1,0 +1,3 @@
+#![no_main]
+
+vastlight_fuzz::target!("stl");
