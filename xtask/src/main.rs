@@ -1,5 +1,6 @@
-//! One command for every chore: `cargo xtask test | lint | soak | gallery [NAME] | sheet DIR`.
+//! One command for every chore: `cargo xtask test | lint | soak | book | gallery [NAME] | sheet DIR`.
 
+mod book;
 mod browser;
 mod driver;
 mod gallery;
@@ -17,6 +18,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   lint       format, lints and documentation alone
   soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at
              high sample counts, stores damaged and processes killed by chance
+  book       builds the documents as a site in target/book, by mdBook
   gallery [NAME]  renders the pictures of docs/gallery again, or one of them
   sheet DIR  renders a thumbnail of every model below DIR";
 
@@ -26,6 +28,7 @@ fn main() -> ExitCode {
         "test" => test::run(),
         "lint" => test::lint(),
         "soak" => test::soak(),
+        "book" => book::run(),
         "gallery" => gallery::run(),
         "sheet" => sheet::run(),
         _ => Err(USAGE.into()),

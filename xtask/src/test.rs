@@ -1,7 +1,7 @@
 //! Lints and tests. A test that needs something absent prints `skipped: ...`; those are counted and named at the end.
 
 use crate::process::{cargo, lines, step};
-use crate::{browser, driver};
+use crate::{book, browser, driver};
 
 /// Code that is built on demand only is proved as well.
 const FEATURES: &str = "vastlight-cli/object-store";
@@ -38,6 +38,7 @@ pub(crate) fn lint() -> Result<(), String> {
 /// Everything that must pass.
 pub(crate) fn run() -> Result<(), String> {
     lint()?;
+    book::run_if_possible()?;
     driver::find_or_install();
     browser::report();
     tests("tests", &[])
