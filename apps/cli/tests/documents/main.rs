@@ -1,0 +1,13 @@
+//! The documents are true: their links lead somewhere, their commands run, their examples parse.
+
+#[path = "../../../../crates/vastlight/tests/common/animated.rs"]
+mod animated;
+#[cfg(unix)]
+mod commands;
+#[path = "../common/mod.rs"]
+mod common;
+mod excluded;
+mod fixtures;
+mod links;
+mod markdown;
+mod reduce;
