@@ -239,6 +239,42 @@ fn every_command_of_the_documents_works() {
 }
 
 #[test]
+fn commands_that_are_wrong_are_noticed() {
+    let text = "
+```console
+$ vastlight render demo:cornell --integrater path -o a.png
+error: that was a mistake
+$ vastlight diff \\
+    a.exr b.exr   # none is there
+$ frobnicate
+```
+
+    vastlight info demo:cornell
+
+```sh
+# Right:
+vastlight info demo:cornell --json > info.json && test -s info.json
+```
+";
+    let page = Document::new(PathBuf::from("page.md"), text.into());
+    let lines: Vec<(String, String)> =
+        commands(&page).into_iter().map(|line| (line.place, line.text)).collect();
+    let expected = [
+        ("page.md:3", "vastlight render demo:cornell --integrater path -o a.png"),
+        ("page.md:5", "vastlight diff a.exr b.exr"),
+        ("page.md:7", "frobnicate"),
+        ("page.md:14", "vastlight info demo:cornell --json > info.json && test -s info.json"),
+    ];
+    assert_eq!(lines, expected.map(|(place, text)| (place.to_owned(), text.to_owned())));
+    assert_eq!(hidden(&page), ["page.md:10"]);
+    let report = run(&page, &Folder::new(), false);
+    assert_eq!((report.run, report.faults.len()), (3, 3), "{:?}", report.faults);
+    for (fault, part) in report.faults.iter().zip(["--integrater", "a.exr", "excluded.rs"]) {
+        assert!(fault.contains(part), "{fault}");
+    }
+}
+
+#[test]
 fn what_is_left_out_is_still_there() {
     let lines: Vec<Line> = documents().iter().flat_map(commands).collect();
     for (start, _) in EXCLUDED {
@@ -246,16 +282,18 @@ fn what_is_left_out_is_still_there() {
     }
 }
 
+/// Where commands stand in a block that is not of the shell.
+fn hidden(page: &Document) -> Vec<String> {
+    let is_other = |block: &Block| block.language != "text" && !SHELL.contains(&block.language.as_str());
+    let starts = |line: &str| PROMPTS.iter().any(|prompt| line.trim().starts_with(prompt));
+    let hidden = page.blocks().into_iter().filter(|block| is_other(block) && block.text.lines().any(starts));
+    hidden.map(|block| page.place(block.line)).collect()
+}
+
 #[test]
 fn commands_stand_in_blocks_of_the_shell() {
-    for page in documents() {
-        let is_other = |block: &Block| block.language != "text" && !SHELL.contains(&block.language.as_str());
-        for block in page.blocks().into_iter().filter(is_other) {
-            let hidden =
-                PROMPTS.iter().any(|prompt| block.text.lines().any(|line| line.trim().starts_with(prompt)));
-            assert!(!hidden, "{}: write ```sh before commands", page.place(block.line));
-        }
-    }
+    let hidden: Vec<String> = documents().iter().flat_map(hidden).collect();
+    assert!(hidden.is_empty(), "write ```sh before commands: {hidden:?}");
 }
 
 /// The words of a text that are flags.

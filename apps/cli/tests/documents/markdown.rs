@@ -39,12 +39,18 @@ pub(crate) fn documents() -> Vec<Document> {
         }
     }
     paths.sort();
-    let read =
-        |path: PathBuf| Document { text: std::fs::read_to_string(root.join(&path)).expect("a text"), path };
+    let read = |path: PathBuf| {
+        let text = std::fs::read_to_string(root.join(&path)).expect("a text");
+        Document::new(path, text)
+    };
     paths.into_iter().map(read).collect()
 }
 
 impl Document {
+    pub(crate) fn new(path: PathBuf, text: String) -> Self {
+        Self { path, text }
+    }
+
     fn events(&self) -> OffsetIter<'_> {
         Parser::new_ext(&self.text, Options::ENABLE_TABLES).into_offset_iter()
     }
