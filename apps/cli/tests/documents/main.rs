@@ -1,8 +1,9 @@
 //! The documents are true: their links lead somewhere, their commands run, their examples parse.
+// Commands run in a shell.
+#![cfg(unix)]
 
 #[path = "../../../../crates/vastlight/tests/common/animated.rs"]
 mod animated;
-#[cfg(unix)]
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;
