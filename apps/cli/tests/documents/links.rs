@@ -76,3 +76,40 @@ fn every_page_is_a_chapter_of_the_book_once() {
     let files: Vec<PathBuf> = files.filter(|path| *path != summary.path).collect();
     assert_eq!(chapters, files);
 }
+
+/// Folders of the checkout whose files the text names as code.
+const FOLDERS: [&str; 5] = ["apps/", "benches/", "crates/", "docs/", "xtask/"];
+
+#[test]
+fn files_and_programs_that_the_text_names_exist() {
+    let (mut checked, mut faults) = (0, Vec::new());
+    for page in documents() {
+        for (line, code) in page.inline_code() {
+            let words: Vec<&str> = code.split_whitespace().collect();
+            let files = words.iter().filter(|word| FOLDERS.iter().any(|folder| word.starts_with(folder)));
+            let mut known: Vec<bool> = files.map(|file| root().join(file).exists()).collect();
+            known.extend(words.windows(2).filter_map(|pair| is_program(pair[0], pair[1])));
+            checked += known.len();
+            if known.contains(&false) {
+                faults.push(format!("{}: {code}", page.place(line)));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+    assert!(checked > 20, "{checked} names were found");
+}
+
+/// Whether `--example NAME` or `--test NAME` is there; none for other words.
+fn is_program(flag: &str, name: &str) -> Option<bool> {
+    let folder = match flag {
+        "--example" => "examples",
+        "--test" => "tests",
+        _ => return None,
+    };
+    let crates =
+        ["apps", "crates"].into_iter().flat_map(|all| std::fs::read_dir(root().join(all)).expect("listed"));
+    let mut folders = crates.map(|entry| entry.expect("an entry").path().join(folder));
+    Some(folders.any(|folder| {
+        folder.join(format!("{name}.rs")).is_file() || folder.join(name).join("main.rs").is_file()
+    }))
+}
