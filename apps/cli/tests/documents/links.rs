@@ -87,7 +87,8 @@ fn files_and_programs_that_the_text_names_exist() {
         for (line, code) in page.inline_code() {
             let words: Vec<&str> = code.split_whitespace().collect();
             let files = words.iter().filter(|word| FOLDERS.iter().any(|folder| word.starts_with(folder)));
-            let mut known: Vec<bool> = files.map(|file| root().join(file).exists()).collect();
+            let mut known: Vec<bool> =
+                files.flat_map(|file| braces(file)).map(|file| root().join(file).exists()).collect();
             known.extend(words.windows(2).filter_map(|pair| is_program(pair[0], pair[1])));
             checked += known.len();
             if known.contains(&false) {
@@ -97,6 +98,15 @@ fn files_and_programs_that_the_text_names_exist() {
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
     assert!(checked > 20, "{checked} names were found");
+}
+
+/// `a/{b,c}.rs` as a/b.rs and a/c.rs.
+fn braces(text: &str) -> Vec<String> {
+    let parts = text.split_once('{').and_then(|(start, rest)| Some((start, rest.split_once('}')?)));
+    match parts {
+        Some((start, (names, end))) => names.split(',').map(|name| format!("{start}{name}{end}")).collect(),
+        None => vec![text.to_owned()],
+    }
 }
 
 /// Whether `--example NAME` or `--test NAME` is there; none for other words.
