@@ -1,5 +1,6 @@
 //! The browser in which the interactive page is tested.
 
+use crate::process::find_program;
 use std::path::PathBuf;
 
 /// Names of the program.
@@ -17,8 +18,5 @@ pub(crate) fn report() {
 
 fn find() -> Option<PathBuf> {
     let given = std::env::var_os("VASTLIGHT_CHROMIUM").map(PathBuf::from);
-    let folders = std::env::var_os("PATH").unwrap_or_default();
-    let folders: Vec<PathBuf> = std::env::split_paths(&folders).collect();
-    let named = NAMES.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name)));
-    given.into_iter().chain(named).find(|path| path.is_file())
+    given.filter(|path| path.is_file()).or_else(|| find_program(&NAMES))
 }

@@ -1,5 +1,6 @@
-//! One command for every chore: `cargo xtask test | lint | soak | fuzz [TARGET] [SECONDS] | gallery [NAME] | sheet DIR | python | wheel`.
+//! One command for every chore: see [`USAGE`].
 
+mod book;
 mod browser;
 mod driver;
 mod fuzz;
@@ -21,6 +22,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   soak       the long proofs (minutes to hours): 10^7 rays at closed meshes, reference pictures at
              high sample counts, stores damaged and processes killed by chance; every fuzz target for a minute
   fuzz [TARGET] [SECONDS]  runs the fuzz targets, or one of them (60 seconds each), with cargo-fuzz
+  book       builds the documents as a site in target/book, by mdBook
   gallery [NAME]  renders the pictures of docs/gallery again, or one of them
   sheet DIR  renders a thumbnail of every model below DIR
   python     the tests of the Python package alone
@@ -33,6 +35,7 @@ fn main() -> ExitCode {
         "lint" => test::lint(),
         "soak" => test::soak(),
         "fuzz" => fuzz::run(),
+        "book" => book::run(),
         "gallery" => gallery::run(),
         "sheet" => sheet::run(),
         "python" => test::python(),

@@ -9,6 +9,15 @@ pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_path_buf).unwrap_or_default()
 }
 
+/// The first of these programs on the path.
+pub(crate) fn find_program(names: &[&str]) -> Option<PathBuf> {
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<PathBuf> = std::env::split_paths(&folders).collect();
+    let file = |name: &str| format!("{name}{}", std::env::consts::EXE_SUFFIX);
+    let mut paths = names.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(file(name))));
+    paths.find(|path| path.is_file())
+}
+
 /// Cargo with these arguments and environment, from the root.
 pub(crate) fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));

@@ -1,7 +1,7 @@
 //! Lints and tests. A test that needs something absent prints `skipped: ...`; those are counted and named at the end.
 
 use crate::process::{cargo, lines, step};
-use crate::{browser, driver, fuzz, python};
+use crate::{book, browser, driver, fuzz, python};
 use std::process::Stdio;
 
 /// Code that is built on demand only is proved as well.
@@ -51,6 +51,7 @@ fn dependencies() -> Result<(), String> {
 /// Everything that must pass.
 pub(crate) fn run() -> Result<(), String> {
     lint()?;
+    book::run_if_possible()?;
     driver::find_or_install();
     browser::report();
     tests("tests", &[], python::test)

@@ -1,6 +1,8 @@
 //! The command line.
 
-use crate::commands::{bench, devices, diff, generate, info, merge, pack, render, validate, view};
+use crate::commands::{
+    bench, completions, devices, diff, generate, info, man, merge, pack, render, validate, view,
+};
 use clap::{Args, Parser, Subcommand};
 use vastlight::gpu::{DeviceChoice, Executor};
 use vastlight::{Device, DeviceRequest, Error, ErrorClass, parse_bytes};
@@ -35,6 +37,8 @@ pub(crate) enum Command {
     Diff(diff::Diff),
     Devices(devices::Devices),
     Bench(bench::Bench),
+    Completions(completions::Completions),
+    Man(man::ManPages),
 }
 
 /// Flags of every command.

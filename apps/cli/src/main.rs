@@ -7,6 +7,8 @@ mod findings;
 mod interrupt;
 mod output;
 mod progress;
+#[cfg(test)]
+mod reference;
 mod values;
 
 use arguments::{Cli, Command};
@@ -50,5 +52,7 @@ fn run(cli: &Cli, start: Instant) -> Result<Exit, Error> {
         Command::Diff(arguments) => commands::diff::run(arguments),
         Command::Devices(arguments) => commands::devices::run(arguments, &cli.common),
         Command::Bench(arguments) => commands::bench::run(arguments, &cli.common, start),
+        Command::Completions(arguments) => commands::completions::run(arguments),
+        Command::Man(arguments) => commands::man::run(arguments),
     })
 }

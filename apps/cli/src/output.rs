@@ -2,6 +2,7 @@
 
 use crate::values;
 use clap::Args;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use vastlight::film::{self, Accumulator, Aov, BitDepth, Picture, PngOptions, ToneCurve};
 use vastlight::{Error, ErrorClass};
@@ -157,6 +158,11 @@ pub(crate) fn numbered(path: &Path, number: u32) -> Option<PathBuf> {
 /// Writes a text file, whole or not at all.
 pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), Error> {
     Ok(film::write_atomically(path, |w| w.write_all(text.as_bytes()))?)
+}
+
+/// Writes to stdout.
+pub(crate) fn print(bytes: &[u8]) -> Result<(), Error> {
+    std::io::stdout().lock().write_all(bytes).map_err(|e| stdout_error(&e))
 }
 
 /// The error of a failed pipe or file behind stdout.

@@ -2,10 +2,9 @@
 
 use crate::arguments::Common;
 use crate::exit::Exit;
-use crate::output::stdout_error;
+use crate::output::print;
 use clap::Args;
 use serde_json::{Value, json};
-use std::io::Write;
 use vastlight::gpu::{AdapterReport, Drivers, GpuError};
 use vastlight::{Error, default_budget_bytes, human_bytes};
 
@@ -26,7 +25,7 @@ pub(crate) fn run(arguments: &Devices, common: &Common) -> Result<Exit, Error> {
     };
     let text =
         if arguments.json { format!("{}\n", as_json(&cpu, &adapters)) } else { as_text(&cpu, &adapters) };
-    std::io::stdout().lock().write_all(text.as_bytes()).map_err(|e| stdout_error(&e))?;
+    print(text.as_bytes())?;
     Ok(Exit::Done)
 }
 

@@ -3,10 +3,9 @@
 use crate::arguments::{Common, SceneArguments};
 use crate::exit::Exit;
 use crate::findings;
-use crate::output::stdout_error;
+use crate::output::print;
 use clap::Args;
 use serde_json::json;
-use std::io::Write;
 use vastlight::scene::{Camera, Environment, Projection, Scene};
 use vastlight::store::SourceFile;
 use vastlight::{
@@ -49,7 +48,7 @@ pub(crate) fn run(arguments: &Info, common: &Common) -> Result<Exit, Error> {
         let text = as_text(&arguments.scene.shown(), &scene, &memory, common);
         sources.iter().fold(text, |text, source| text + &source_line(source))
     };
-    std::io::stdout().lock().write_all(text.as_bytes()).map_err(|e| stdout_error(&e))?;
+    print(text.as_bytes())?;
     Ok(Exit::Done)
 }
 

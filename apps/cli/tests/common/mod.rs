@@ -16,6 +16,19 @@ pub(crate) struct Outcome {
     pub(crate) stderr: String,
 }
 
+impl Outcome {
+    /// Runs to the end.
+    pub(crate) fn of(command: &mut Command) -> Self {
+        let output = command.output().expect("started");
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+        Self {
+            code: output.status.code().unwrap_or_else(|| panic!("{command:?}: {}", output.status)),
+            stdout: text(output.stdout),
+            stderr: text(output.stderr),
+        }
+    }
+}
+
 impl Workspace {
     pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().expect("temporary folder"))
@@ -29,28 +42,18 @@ impl Workspace {
 
     /// Runs to the end.
     pub(crate) fn run(&self, arguments: &str) -> Outcome {
-        Self::outcome(&mut self.command(arguments))
+        Outcome::of(&mut self.command(arguments))
     }
 
     /// Runs to the end with a variable in the environment.
     pub(crate) fn run_with(&self, variable: &str, value: &Path, arguments: &str) -> Outcome {
-        Self::outcome(self.command(arguments).env(variable, value))
+        Outcome::of(self.command(arguments).env(variable, value))
     }
 
     /// Runs to the end in a shell that does something before.
     pub(crate) fn in_shell(&self, before: &str, arguments: &str) -> Outcome {
         let script = format!("{before}; exec {} {arguments}", env!("CARGO_BIN_EXE_vastlight"));
-        Self::outcome(Command::new("sh").current_dir(self.0.path()).args(["-c", &script]))
-    }
-
-    fn outcome(command: &mut Command) -> Outcome {
-        let output = command.output().expect("started");
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-        Outcome {
-            code: output.status.code().unwrap_or_else(|| panic!("{command:?}: {}", output.status)),
-            stdout: text(output.stdout),
-            stderr: text(output.stderr),
-        }
+        Outcome::of(Command::new("sh").current_dir(self.0.path()).args(["-c", &script]))
     }
 
     /// Starts with stderr piped.

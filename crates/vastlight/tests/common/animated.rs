@@ -91,8 +91,8 @@ pub(crate) fn write_over(folder: &Path, cells: u32) -> PathBuf {
         r#"{"mesh":3,"skin":0}"#,
         r#"{"translation":[0.5,0.8,-0.5],"scale":[0.5,0.5,0.5],"children":[7]}"#,
         r#"{"translation":[0.2,0,0]}"#,
-        r#"{"camera":0,"translation":[0,1.6,4.2],"rotation":[-0.14,0,0,0.99]}"#,
-        r#"{"extensions":{"KHR_lights_punctual":{"light":0}}}"#,
+        r#"{"camera":0,"name":"Front","translation":[0,1.6,4.2],"rotation":[-0.14,0,0,0.99]}"#,
+        r#"{"name":"Lamp","extensions":{"KHR_lights_punctual":{"light":0}}}"#,
     ];
     let moves = [
         (1, "translation", go),
@@ -132,17 +132,21 @@ pub(crate) fn write_over(folder: &Path, cells: u32) -> PathBuf {
             "",
         ),
     ];
-    let material = |r: f32, g: f32, b: f32| {
+    let material = |name: &str, [r, g, b]: [f32; 3]| {
         format!(
-            r#"{{"doubleSided":true,"pbrMetallicRoughness":{{"baseColorFactor":[{r},{g},{b},1],"metallicFactor":0}}}}"#
+            r#"{{"name":"{name}","doubleSided":true,"pbrMetallicRoughness":{{"baseColorFactor":[{r},{g},{b},1],"metallicFactor":0}}}}"#
         )
     };
-    let materials = [material(0.7, 0.7, 0.6), material(0.8, 0.2, 0.1), material(0.1, 0.4, 0.8)];
+    let materials = [
+        material("Wood", [0.7, 0.7, 0.6]),
+        material("Cloth", [0.8, 0.2, 0.1]),
+        material("Paint", [0.1, 0.4, 0.8]),
+    ];
     let json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1,2,3,4,5,6,8,9]}}],"nodes":[{}],
 "meshes":[{}],"materials":[{}],"skins":[{{"joints":[6,7]}}],
-"cameras":[{{"type":"perspective","perspective":{{"yfov":0.7,"znear":0.1}}}}],
-"extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"point","intensity":400}}]}}}},
+"cameras":[{{"name":"Front","type":"perspective","perspective":{{"yfov":0.7,"znear":0.1}}}}],
+"extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[{{"name":"Lamp","type":"point","intensity":400}}]}}}},
 "animations":[{{"samplers":[{}],"channels":[{}]}}],
 "buffers":[{{"byteLength":{}}}],"bufferViews":[{}],"accessors":[{}]}}"#,
         nodes.join(","),
