@@ -39,7 +39,9 @@ impl Accumulator {
         let parts: Vec<&film::Accumulator> = parts.iter().map(|part| &part.get().0).collect();
         let refused = |place: String| {
             move |error: FilmError| match error {
-                FilmError::Mismatch { what } => Error::scene(what, place, "merge what belongs to one picture"),
+                FilmError::Mismatch { what } => {
+                    Error::scene(what, place, "merge what belongs to one picture")
+                }
                 other => other.into(),
             }
         };

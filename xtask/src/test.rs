@@ -9,6 +9,13 @@ pub(crate) const FEATURES: &str = "vastlight-cli/object-store";
 
 /// Format, lints, documentation, dependencies.
 pub(crate) fn lint() -> Result<(), String> {
+    let mut tally = Tally::default();
+    lints().and_then(|()| dependencies(&mut tally))?;
+    tally.skipped.iter().for_each(|reason| println!("skipped: {reason}"));
+    Ok(())
+}
+
+fn lints() -> Result<(), String> {
     step("format", &mut cargo(&["fmt", "--all", "--check"], &[]))?;
     step(
         "lints",
@@ -33,15 +40,14 @@ pub(crate) fn lint() -> Result<(), String> {
             &["doc", "--quiet", "--workspace", "--no-deps", "--features", FEATURES],
             &[("RUSTDOCFLAGS", "-Dwarnings")],
         ),
-    )?;
-    dependencies()
+    )
 }
 
 /// Licences, versions and sources of what is built upon (`deny.toml`), where cargo-deny is installed.
-fn dependencies() -> Result<(), String> {
+fn dependencies(tally: &mut Tally) -> Result<(), String> {
     let mut probe = cargo(&["deny", "--version"], &[]);
     if !probe.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success()) {
-        println!("skipped: dependencies: cargo-deny is missing: cargo install cargo-deny");
+        tally.skip("dependencies: cargo-deny is missing (cargo install cargo-deny)");
         return Ok(());
     }
     let arguments = ["deny", "--log-level", "error", "check", "licenses", "bans", "sources"];
@@ -50,11 +56,14 @@ fn dependencies() -> Result<(), String> {
 
 /// Everything that must pass.
 pub(crate) fn run() -> Result<(), String> {
-    lint()?;
-    book::run_if_possible()?;
+    lints()?;
     driver::find_or_install();
     browser::report();
-    tests("tests", &[], python::test)
+    tests("tests", &[], |tally| {
+        dependencies(tally)?;
+        book::test(tally)?;
+        python::test(tally)
+    })
 }
 
 /// The Python package alone.
