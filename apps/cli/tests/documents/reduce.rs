@@ -1,7 +1,7 @@
 //! The same command at a price that a test can pay.
 //!
 //! - Samples and passes are divided by 128, and at most two; `render` without `--spp` takes one.
-//! - Pictures have 32 x 24 pixels; crops are a part of that.
+//! - Pictures have 32 x 24 pixels; crops are the same parts of them, or some part.
 //! - Scenes whose size can be chosen have their fewest triangles.
 //! - Of several frames the first two are rendered.
 //! - `view` takes any free port, and opens no browser.
@@ -10,6 +10,7 @@
 const LESS: u32 = 128;
 const MOST: u32 = 2;
 const SIZE: &str = "32x24";
+const EDGES: [u32; 2] = [32, 24];
 const CROP: &str = "4,4,20,16";
 
 /// Demos whose size can be chosen, and their fewest triangles.
@@ -28,12 +29,14 @@ const SIZES: [(&str, &str); 9] = [
 /// Rewrites the arguments of `vastlight`.
 pub(crate) fn reduce(arguments: &[String]) -> Vec<String> {
     let mut reduced: Vec<String> = arguments.to_vec();
+    let resolution =
+        arguments.iter().skip_while(|word| !["-r", "--resolution"].contains(&word.as_str())).nth(1);
     for i in 1..reduced.len() {
         let value = match reduced[i - 1].as_str() {
             "--spp" | "--samples" => samples(&reduced[i]).to_string(),
             "--passes" => passes(&reduced[i]),
             "-r" | "--resolution" => SIZE.into(),
-            "--crop" => CROP.into(),
+            "--crop" => crop(&reduced[i], resolution).unwrap_or_else(|| CROP.into()),
             "-f" | "--frames" => frames(&reduced[i]),
             "--triangles" => fewest(arguments).unwrap_or(&reduced[i]).to_owned(),
             "--port" => "0".into(),
@@ -65,6 +68,15 @@ pub(crate) fn reduce(arguments: &[String]) -> Vec<String> {
 
 fn samples(text: &str) -> u32 {
     text.parse::<u32>().map_or(1, |n| n.div_ceil(LESS).min(MOST))
+}
+
+/// The same part of a smaller picture, if the size of the larger one is given in pixels.
+fn crop(text: &str, resolution: Option<&String>) -> Option<String> {
+    let (width, height) = resolution?.split_once('x')?;
+    let full: [u32; 2] = [width.parse().ok()?, height.parse().ok()?];
+    let scaled =
+        |(i, edge): (usize, &str)| Some((edge.parse::<u32>().ok()? * EDGES[i % 2] / full[i % 2]).to_string());
+    text.split(',').enumerate().map(scaled).collect::<Option<Vec<String>>>().map(|edges| edges.join(","))
 }
 
 /// `1-128` becomes `1-1`, `129-256` becomes `2-2`.
@@ -108,6 +120,10 @@ fn commands_become_cheap_and_stay_themselves() {
     assert_eq!(
         reduced("generate statue -o a.ply --triangles 10000000"),
         "generate statue -o a.ply --triangles 20000"
+    );
+    assert_eq!(
+        reduced("render a.glb -r 1920x1080 --crop 960,0,1920,1080 -o b.vlc"),
+        "render a.glb -r 32x24 --crop 16,0,32,24 -o b.vlc --spp 1"
     );
     assert_eq!(reduced("diff a.exr b.exr"), "diff a.exr b.exr");
 }
