@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import signal
 import subprocess
@@ -158,6 +159,28 @@ def test_other_threads_go_on(cornell: vl.Scene) -> None:
         time.sleep(0)
     thread.join()
     assert count > 1
+
+
+def test_each_picture_has_the_device_that_it_is_asked_for(cornell: vl.Scene) -> None:
+    on_cpu = vl.render(cornell, size=SMALL, spp=2, device="cpu")
+    try:
+        on_gpu = vl.render(cornell, size=SMALL, spp=2, device="gpu")
+    except vl.DeviceError as error:
+        pytest.skip(f"graphics processor: {error.what}")
+    again = vl.render(cornell, size=SMALL, spp=2, device="cpu")
+    assert [image.stats["device"] for image in (on_cpu, on_gpu, again)] == ["cpu", "gpu", "cpu"]
+    assert np.array_equal(np.asarray(on_cpu), np.asarray(again))
+    assert np.asarray(on_gpu).mean() == pytest.approx(np.asarray(on_cpu).mean(), rel=1e-3)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="fork: of Unix")
+def test_a_forked_process_renders(cornell: vl.Scene) -> None:
+    before = np.asarray(vl.render(cornell, size=SMALL, spp=1, device="cpu"))
+    child = os.fork()
+    if child == 0:
+        after = np.asarray(vl.render(cornell, size=SMALL, spp=1, device="cpu"))
+        os._exit(0 if np.array_equal(before, after) else 1)
+    assert os.waitpid(child, 0)[1] == 0
 
 
 INTERRUPTED = """

@@ -180,6 +180,12 @@ class Scene(Mapping[str, Object]):
     def __len__(self) -> int:
         return len(self._table())
 
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __hash__(self) -> int:
+        return id(self)
+
     @property
     def names(self) -> list[str]:
         """The name of each instance, by its number."""

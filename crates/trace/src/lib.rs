@@ -30,4 +30,4 @@ pub use follow::{FollowReport, UpdateMethod};
 pub use hit::{AcceptAll, Hit, HitFilter};
 pub use mesh::Layout;
 pub use pose::{PoseError, PoseReport};
-pub use tracer::{BuildReport, TopLevel, TraceError, Tracer, TracerConfig};
+pub use tracer::{BuildReport, LARGEST_CHUNK, TopLevel, TraceError, Tracer, TracerConfig, parallel_chunk};

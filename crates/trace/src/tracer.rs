@@ -474,8 +474,8 @@ impl Tracer {
 
 /// Rays that one thread takes at a time, where they stand in no rows.
 const PARALLEL_CHUNK: usize = 4096;
-/// Most rays of rows that one thread takes at a time.
-const LARGEST_CHUNK: usize = 1 << 16;
+/// Most rays of rows that one thread takes at a time: no more are looked at to find rows.
+pub const LARGEST_CHUNK: usize = 1 << 16;
 
 /// Answers rays with all threads of the current pool.
 pub(crate) fn in_parallel<A: Send>(rays: &[Ray], answers: &mut [A], trace: impl Fn(&[Ray], &mut [A]) + Sync) {
@@ -484,8 +484,10 @@ pub(crate) fn in_parallel<A: Send>(rays: &[Ray], answers: &mut [A], trace: impl 
     chunks.for_each(|(rays, answers)| trace(rays, answers));
 }
 
-/// How many rays one thread takes at a time: whole patches of rows, where there are rows.
-fn parallel_chunk(rays: &[Ray]) -> usize {
+/// How many rays of an array one thread should take at a time: whole patches of rows, where there are rows. The first
+/// [`LARGEST_CHUNK`] tell.
+#[must_use]
+pub fn parallel_chunk(rays: &[Ray]) -> usize {
     match rows(&rays[..rays.len().min(LARGEST_CHUNK)]) {
         Some((0, length)) if length * ROWS <= LARGEST_CHUNK => length * ROWS,
         _ => PARALLEL_CHUNK,

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use vastlight_math::{Affine3, Mat3, Ray, Vec3};
-use vastlight_scene::Scene;
+use vastlight_scene::{Mesh, Scene};
 use vastlight_trace::paged::{CachePager, Caches, Found, PagedBatch};
 use vastlight_trace::sort::{RaySorter, SortRays};
-use vastlight_trace::{Hit, Tracer};
+use vastlight_trace::{AcceptAll, Hit, LARGEST_CHUNK, Tracer, parallel_chunk};
 use vastlight_transport::{PagesError, RenderSettings};
 
 /// Rays that one thread takes at a time.
@@ -54,12 +54,12 @@ impl RayHits {
         }
     }
 
-    /// Parts of the rows of some rays.
-    fn chunks(&mut self, rows: Range<usize>) -> impl IndexedParallelIterator<Item = Rows<'_>> {
+    /// Parts of `chunk` rows of those of some rays.
+    fn chunks(&mut self, rows: Range<usize>, chunk: usize) -> impl IndexedParallelIterator<Item = Rows<'_>> {
         let Self { t, prim, instance, uv, normal } = self;
-        let first = t[rows.clone()].par_chunks_mut(CHUNK).zip(prim[rows.clone()].par_chunks_mut(CHUNK));
-        let second = instance[rows.clone()].par_chunks_mut(CHUNK).zip(uv[rows.clone()].par_chunks_mut(CHUNK));
-        let third = normal[rows].par_chunks_mut(CHUNK);
+        let first = t[rows.clone()].par_chunks_mut(chunk).zip(prim[rows.clone()].par_chunks_mut(chunk));
+        let second = instance[rows.clone()].par_chunks_mut(chunk).zip(uv[rows.clone()].par_chunks_mut(chunk));
+        let third = normal[rows].par_chunks_mut(chunk);
         first.zip(second).zip(third).map(|((first, second), normal)| (first, second, normal))
     }
 }
@@ -72,34 +72,59 @@ fn put(((t, prim), (instance, uv), normal): &mut Rows<'_>, row: usize, (hit, fac
     (uv[row], normal[row]) = ([hit.u, hit.v], facing.unwrap_or(Vec3::ZERO).to_array());
 }
 
-/// The last instance's map for normals: neighbours hit the same one.
+/// The last instance's mesh and its map for normals: neighbours hit the same one.
 struct Facing<'s> {
     scene: &'s Scene,
     of: u32,
+    mesh: Option<&'s Mesh>,
     normals: Mat3,
 }
 
 impl<'s> Facing<'s> {
     fn new(scene: &'s Scene) -> Self {
-        Self { scene, of: Hit::NONE, normals: Mat3::IDENTITY }
+        Self { scene, of: Hit::NONE, mesh: None, normals: Mat3::IDENTITY }
+    }
+
+    /// Turns to another instance.
+    fn turn_to(&mut self, instance: u32) {
+        if instance != self.of {
+            let instances = self.scene.instances();
+            let mesh = &self.scene.meshes()[instances.mesh(instance as usize) as usize];
+            self.mesh = mesh.implicit.is_none().then_some(mesh);
+            self.normals = for_normals(instances.map(instance as usize));
+            self.of = instance;
+        }
     }
 
     /// The world's unit normal of a triangle of an instance.
-    fn of(&mut self, instance: u32, [a, b, c]: [Vec3; 3]) -> Vec3 {
-        if instance != self.of {
-            self.normals = for_normals(self.scene.instances().map(instance as usize));
-            self.of = instance;
+    fn of(&mut self, instance: u32, corners: [Vec3; 3]) -> Vec3 {
+        self.turn_to(instance);
+        self.normal(corners)
+    }
+
+    #[inline]
+    fn normal(&self, [a, b, c]: [Vec3; 3]) -> Vec3 {
+        /// Squares of lengths between which nothing overflows or vanishes.
+        const SAFE: Range<f32> = 1e-30..1e30;
+        let normal = (b - a).cross(c - a);
+        let turned = self.normals * normal;
+        let square = turned.length_squared();
+        if SAFE.contains(&square) && SAFE.contains(&normal.length_squared()) {
+            return turned / square.sqrt();
         }
-        (self.normals * (b - a).cross(c - a).normalize_or_zero()).normalize_or_zero()
+        // As large or as small as scenes may be.
+        let scaled = |edge: Vec3| edge.normalize_or_zero();
+        (self.normals * scaled(b - a).cross(scaled(c - a))).normalize_or_zero()
     }
 
     /// The same of a hit on a triangle that is in memory.
+    #[inline]
     fn of_hit(&mut self, hit: &Hit) -> Option<Vec3> {
         if !hit.is_hit() {
             return None;
         }
-        let mesh = &self.scene.meshes()[self.scene.instances().mesh(hit.instance as usize) as usize];
-        mesh.implicit.is_none().then(|| self.of(hit.instance, mesh.corners(hit.prim)))
+        self.turn_to(hit.instance);
+        self.mesh.map(|mesh| self.normal(mesh.corners(hit.prim)))
     }
 }
 
@@ -136,6 +161,23 @@ pub struct RayArray<'a, F> {
 }
 
 impl<F: Fn(usize) -> Ray + Sync> RayArray<'_, F> {
+    /// Some of the rays.
+    fn rays(&self, numbers: Range<usize>) -> Vec<Ray> {
+        numbers.map(&self.ray).collect()
+    }
+
+    /// Has parts of the rays traced where they are, without memory for all of them: by how many a thread should take, and numbers.
+    fn in_place(&self, mut trace: impl FnMut(usize, Range<usize>)) {
+        let chunk = parallel_chunk(&self.rays(0..self.count.min(LARGEST_CHUNK)));
+        let together = TOGETHER / chunk * chunk;
+        for start in (0..self.count).step_by(together) {
+            if self.cancel.load(Ordering::Relaxed) {
+                break;
+            }
+            trace(chunk, start..self.count.min(start + together));
+        }
+    }
+
     /// Hands parts of the rays to `trace`, with their numbers.
     fn parts(
         &self,
@@ -165,15 +207,31 @@ impl Session {
         let mut buffers = std::mem::take(&mut self.rays);
         let RayBuffers { rays, sorter, hits } = &mut buffers;
         self.with_structures(array.memory, |open, tracer, caches| match caches {
+            None if !RaySorter::pays(tracer, array.count, &array.ray) => {
+                array.in_place(|chunk, part| {
+                    let chunks = answers.chunks(part.clone(), chunk).enumerate();
+                    chunks.for_each_init(Vec::new, |hits, (number, mut rows)| {
+                        let first = part.start + number * chunk;
+                        let rays = array.rays(first..part.end.min(first + chunk));
+                        hits.resize(rays.len(), Hit::MISS);
+                        tracer.closest(&rays, &AcceptAll, hits);
+                        let mut facing = Facing::new(&open.scene);
+                        for (row, hit) in hits.iter().enumerate() {
+                            put(&mut rows, row, (hit, facing.of_hit(hit)));
+                        }
+                    });
+                });
+                Ok(())
+            }
             None => array.parts(rays, |rays, part| {
                 hits.resize(rays.len(), Hit::MISS);
                 sorter.closest(tracer, SortRays::Auto, rays, hits);
-                fill(&open.scene, hits, answers.chunks(part));
+                fill(&open.scene, hits, answers.chunks(part, CHUNK));
                 Ok(())
             }),
-            Some(caches) => {
-                array.parts(rays, |rays, part| trace_paged(open, tracer, caches, rays, answers.chunks(part)))
-            }
+            Some(caches) => array.parts(rays, |rays, part| {
+                trace_paged(open, tracer, caches, rays, answers.chunks(part, CHUNK))
+            }),
         })?;
         self.rays = buffers;
         Ok(answers)
@@ -191,6 +249,20 @@ impl Session {
         let mut buffers = std::mem::take(&mut self.rays);
         let RayBuffers { rays, sorter, .. } = &mut buffers;
         self.with_structures(array.memory, |_, tracer, caches| {
+            if caches.is_none() && !RaySorter::pays(tracer, array.count, &array.ray) {
+                array.in_place(|chunk, part| {
+                    let chunks = occluded[part.clone()].par_chunks_mut(chunk).enumerate();
+                    chunks.for_each(|(number, occluded)| {
+                        let first = part.start + number * chunk;
+                        tracer.occluded(
+                            &array.rays(first..part.end.min(first + chunk)),
+                            &AcceptAll,
+                            occluded,
+                        );
+                    });
+                });
+                return Ok(());
+            }
             array.parts(rays, |rays, part| match caches {
                 None => {
                     sorter.occluded(tracer, SortRays::Auto, rays, &mut occluded[part]);

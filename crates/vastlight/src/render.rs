@@ -229,10 +229,14 @@ fn on_graphics_processor(
         let what = "meshes that deform beside the pages of a store are rendered by the CPU alone";
         return request.device.refuse(what).map(|()| None);
     }
-    if kept.executor.is_none() {
-        kept.executor = request.device.open()?;
+    if request.device.device == Device::Cpu {
+        return Ok(None);
     }
-    let Kept { tracer, executor: Some(executor), caches } = kept else { return Ok(None) };
+    if kept.executor.as_ref().is_none_or(|(opened_for, _)| *opened_for != request.device) {
+        kept.executor = None;
+        kept.executor = request.device.open()?.map(|executor| (request.device, executor));
+    }
+    let Kept { tracer, executor: Some((_, executor)), caches } = kept else { return Ok(None) };
     let request = RenderRequest { tracer: structures(request), ..request.clone() };
     let rendered = render_with(open, &request, control, (tracer, caches), Some(executor));
     if rendered.is_err() {

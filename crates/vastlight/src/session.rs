@@ -9,8 +9,8 @@ use crate::paged::{KeptCaches, kept_caches};
 use crate::rays::RayBuffers;
 use crate::render::{render_keeping, tracer_of};
 use crate::{
-    Control, Error, ErrorClass, Exposure, LoadOptions, OpenScene, Overrides, RenderRequest, Rendered, open,
-    paged,
+    Control, DeviceRequest, Error, ErrorClass, Exposure, LoadOptions, OpenScene, Overrides, RenderRequest,
+    Rendered, open, paged,
 };
 use std::time::Instant;
 use vastlight_gpu::Executor;
@@ -24,7 +24,8 @@ use vastlight_trace::{PoseError, PoseReport, Tracer, TracerConfig};
 pub(crate) struct Kept {
     /// The structures, and how they were asked for.
     pub(crate) tracer: Option<(TracerConfig, Tracer)>,
-    pub(crate) executor: Option<Executor>,
+    /// The graphics processor, and how it was asked for.
+    pub(crate) executor: Option<(DeviceRequest, Executor)>,
     pub(crate) caches: Option<KeptCaches>,
 }
 

@@ -90,6 +90,13 @@ impl RaySorter {
         self.run(tracer, when, (rays, occluded), false, trace)
     }
 
+    /// Whether [`SortRays::Auto`] sorts so many rays: they are many and come in no order.
+    #[must_use]
+    pub fn pays(tracer: &Tracer, rays: usize, ray: impl Fn(usize) -> Ray) -> bool {
+        let sample = if rays < FEWEST { Vec::new() } else { sample(rays, ray) };
+        !sample.is_empty() && in_no_order(&Cells::new(&tracer.world(), &sample), &sample)
+    }
+
     fn run<A: Copy + Send + Sync>(
         &mut self,
         tracer: &Tracer,
@@ -122,7 +129,7 @@ impl RaySorter {
         if when == SortRays::Off || when == SortRays::Auto && rays.len() < FEWEST {
             return false;
         }
-        let sample = sample(rays);
+        let sample = sample(rays.len(), |i| rays[i]);
         let cells = Cells::new(&tracer.world(), &sample);
         let sorted = when == SortRays::On || in_no_order(&cells, &sample);
         if sorted {
@@ -167,11 +174,12 @@ impl RaySorter {
     }
 }
 
-/// Pairs of neighbours, evenly spread over a batch.
-fn sample(rays: &[Ray]) -> Vec<Ray> {
-    let pairs = rays.len() / 2;
+/// Pairs of neighbours, evenly spread over a batch of so many rays.
+fn sample(rays: usize, ray: impl Fn(usize) -> Ray) -> Vec<Ray> {
+    let pairs = rays / 2;
     let count = pairs.min(SAMPLE);
-    (0..count).flat_map(|i| rays[2 * (i * pairs / count)..][..2].iter().copied()).collect()
+    let first = |i: usize| 2 * (i * pairs / count);
+    (0..count).flat_map(|i| [ray(first(i)), ray(first(i) + 1)]).collect()
 }
 
 /// Whether most neighbours start far apart, or, where all rays start in one place, go different ways.
@@ -242,7 +250,7 @@ mod tests {
         sorter.closest(&tracer, SortRays::On, &rays, &mut few);
         assert_eq!(few, expected[..1700]);
         // Answers that stay in the order of the keys are others.
-        let cells = Cells::new(&tracer.world(), &sample(&rays));
+        let cells = Cells::new(&tracer.world(), &sample(rays.len(), |i| rays[i]));
         sorter.sort(&cells, &rays);
         let in_order: Vec<Hit> = sorter.pairs.iter().map(|&pair| expected[payload(pair) as usize]).collect();
         assert_ne!(in_order, expected);
@@ -252,7 +260,7 @@ mod tests {
     fn batches_without_order_are_told_from_others() {
         let world = Aabb { min: Vec3::splat(-1.0), max: Vec3::ONE };
         let unordered = |rays: &[Ray]| {
-            let sample = sample(rays);
+            let sample = sample(rays.len(), |i| rays[i]);
             in_no_order(&Cells::new(&world, &sample), &sample)
         };
         let pixel =
