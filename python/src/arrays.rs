@@ -20,19 +20,34 @@ pub(crate) fn rows<'a, T: Element, const N: usize>(
     Ok(array.as_slice()?.as_chunks().0)
 }
 
-/// One number for all, or one for each of `count` rows.
-pub(crate) fn each<'a>(
-    array: &'a PyReadonlyArray1<'_, f32>,
-    count: usize,
-    name: &str,
-) -> PyResult<impl Fn(usize) -> f32 + Sync + 'a> {
-    let numbers = array.as_slice()?;
-    if numbers.len() != 1 && numbers.len() != count {
-        let what = format!("there are {} numbers for {count} rays", numbers.len());
-        return Err(usage(array.py(), what, name, "give one, or one for each"));
+/// One number for all, or one for each of some rows.
+#[derive(Clone, Copy)]
+pub(crate) enum Each<'a> {
+    One(f32),
+    Rows(&'a [f32]),
+}
+
+impl<'a> Each<'a> {
+    /// The numbers of `count` rows.
+    pub(crate) fn new(array: &'a PyReadonlyArray1<'_, f32>, count: usize, name: &str) -> PyResult<Self> {
+        match array.as_slice()? {
+            [one] => Ok(Self::One(*one)),
+            numbers if numbers.len() == count => Ok(Self::Rows(numbers)),
+            numbers => {
+                let what = format!("there are {} numbers for {count} rays", numbers.len());
+                Err(usage(array.py(), what, name, "give one, or one for each"))
+            }
+        }
     }
-    let is_one = numbers.len() == 1;
-    Ok(move |i: usize| numbers[if is_one { 0 } else { i }])
+
+    /// That of a row.
+    #[inline]
+    pub(crate) fn of(self, row: usize) -> f32 {
+        match self {
+            Self::One(one) => one,
+            Self::Rows(numbers) => numbers[row],
+        }
+    }
 }
 
 /// Points of an array.
