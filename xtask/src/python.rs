@@ -25,16 +25,16 @@ pub(crate) fn test(tally: &mut Tally) -> Result<(), String> {
     };
     let package = package(&folder.join("package"))?;
     let without: Vec<String> = EXTRAS.iter().map(|file| format!("--ignore=python/tests/{file}")).collect();
-    pytest(&plain, Some(&package), &without, tally)?;
+    let alone = pytest(&plain, Some(&package), &without, tally);
     let extras: Vec<String> = EXTRAS.iter().map(|file| format!("python/tests/{file}")).collect();
-    let extras: Vec<String> = extras.into_iter().filter(|file| root().join(file).exists()).collect();
-    match environment(&python, &folder.join("extras"), "requirements-extras.txt") {
+    let with_extras = match environment(&python, &folder.join("extras"), "requirements-extras.txt") {
         Some(rich) => pytest(&rich, Some(&package), &extras, tally),
         None => {
             tally.skip("python: the extras cannot be had");
             Ok(())
         }
-    }
+    };
+    alone.and(with_extras)
 }
 
 /// Builds the wheel as it is published, and tests it in an environment with NumPy alone.
