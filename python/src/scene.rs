@@ -65,7 +65,8 @@ pub(crate) fn changes_of(text: &str) -> Result<Overrides, Error> {
     Overrides::parse_json(text, "".as_ref(), "overrides")
 }
 
-/// What is behind the lock.
+/// What is behind the lock. It is taken outside of the pool: its threads may come to other work while they wait for a part of theirs, and
+/// that would wait for the same lock.
 #[derive(Debug)]
 pub(crate) struct State {
     pub(crate) session: Session,
@@ -145,10 +146,12 @@ impl Scene {
     ) -> PyResult<T> {
         let pool = self.pool.get(threads).or_raise(py)?;
         self.alone(py, || {
-            run(py, &pool, listener, |watch| {
-                let mut state = lock(&self.state);
-                state.settle()?;
-                work(&mut state, watch)
+            run(py, listener, |watch| {
+                let state = &mut *lock(&self.state);
+                pool.install(|| {
+                    state.settle()?;
+                    work(state, watch)
+                })
             })
         })
     }
@@ -172,7 +175,11 @@ impl Scene {
         work: impl FnOnce(&mut State) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
         let pool = self.pool.get(None).or_raise(py)?;
-        self.alone(py, || py.detach(|| pool.install(|| work(&mut lock(&self.state)))).or_raise(py))
+        let alone = || {
+            let state = &mut *lock(&self.state);
+            pool.install(|| work(state))
+        };
+        self.alone(py, || py.detach(alone).or_raise(py))
     }
 
     /// Refuses what would wait for itself: a call from the progress of the scene's own work.
@@ -223,12 +230,13 @@ impl Scene {
         let start = Instant::now();
         let pool = Pool::new(source.threads);
         let threads = pool.get(None).or_raise(py)?;
-        let (session, options) = run(py, &threads, None, |watch| {
+        let open = |watch: &Watch| {
             let options = source.options()?;
             let control = PackControl { memory: source.memory, cancel: watch.cancel(), progress: &|_| {} };
             let open = open_within(&source.source, &options, source.cache_dir.as_deref(), control)?;
             Ok((Session::new(open, &source.source, &options), options))
-        })?;
+        };
+        let (session, options) = run(py, None, |watch| threads.install(|| open(watch)))?;
         let scene = Self::around(session, source.source, options, source.memory, pool);
         Ok(Self { load_ms: start.elapsed().as_secs_f64() * 1e3, ..scene })
     }

@@ -2,7 +2,6 @@
 
 use crate::errors::OrRaise;
 use pyo3::prelude::*;
-use rayon::ThreadPool;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -68,10 +67,9 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Does work on the threads of `pool`.
+/// Does work on a thread of its own.
 pub(crate) fn run<T: Send>(
     py: Python<'_>,
-    pool: &ThreadPool,
     listener: Option<&Listener>,
     work: impl FnOnce(&Watch) -> Result<T, Error> + Send,
 ) -> PyResult<T> {
@@ -80,7 +78,7 @@ pub(crate) fn run<T: Send>(
         thread::scope(|scope| {
             let (sender, receiver) = channel();
             let worker = scope.spawn(|| {
-                let _ = sender.send(pool.install(|| work(&watch)));
+                let _ = sender.send(work(&watch));
                 drop(sender);
             });
             let (mut told, mut asked) = (Ok(()), Instant::now());

@@ -161,6 +161,25 @@ def test_other_threads_go_on(cornell: vl.Scene) -> None:
     assert count > 1
 
 
+def test_threads_share_a_scene() -> None:
+    scene = vl.load("demo:still-life", threads=2)
+    origins = np.random.default_rng(0).normal(size=(1 << 15, 3)).astype(np.float32)
+    expected = scene.trace(origins, -origins).t
+    same: list[bool] = []
+
+    def work() -> None:
+        for _ in range(25):
+            same.append(np.array_equal(scene.trace(origins, -origins).t, expected))
+
+    threads = [threading.Thread(target=work, daemon=True) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    patience = time.monotonic() + 60.0
+    for thread in threads:
+        thread.join(max(0.0, patience - time.monotonic()))
+    assert len(same) == 100 and all(same)
+
+
 def test_each_picture_has_the_device_that_it_is_asked_for(cornell: vl.Scene) -> None:
     on_cpu = vl.render(cornell, size=SMALL, spp=2, device="cpu")
     try:
