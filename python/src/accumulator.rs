@@ -5,12 +5,10 @@ use crate::image::Image;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde_json::json;
+use std::borrow::Cow;
 use std::path::PathBuf;
-use vastlight::film::{self, FilmError, Mosaic, SumsFile, decode_sums, encode_sums, write_sums};
-use vastlight::{Error, merge_sums};
-
-/// Edge of the tiles of sums that were read.
-const TILE: u32 = 64;
+use vastlight::film::{self, FilmError, SumsFile, decode_sums, encode_sums, write_sums};
+use vastlight::{Error, Merger, SUMS_TILE, merge_sums};
 
 /// The sums of some passes of a picture.
 #[pyclass(frozen, module = "vastlight._native")]
@@ -22,14 +20,14 @@ impl Accumulator {
     /// Reads the bytes of a file.
     #[staticmethod]
     fn from_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
-        let read = || Ok(decode_sums(bytes, TILE, "accumulator")?);
+        let read = || Ok(decode_sums(bytes, SUMS_TILE, "accumulator")?);
         py.detach(read).or_raise(py).map(Self)
     }
 
     /// Reads a file.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let read = || Ok(SumsFile::open(&path)?.load(TILE)?);
+        let read = || Ok(SumsFile::open(&path)?.load(SUMS_TILE)?);
         py.detach(read).or_raise(py).map(Self)
     }
 
@@ -37,21 +35,12 @@ impl Accumulator {
     #[staticmethod]
     fn merge(py: Python<'_>, parts: Vec<Py<Self>>) -> PyResult<Self> {
         let parts: Vec<&film::Accumulator> = parts.iter().map(|part| &part.get().0).collect();
-        let refused = |place: String| {
-            move |error: FilmError| match error {
-                FilmError::Mismatch { what } => {
-                    Error::scene(what, place, "merge what belongs to one picture")
-                }
-                other => other.into(),
-            }
-        };
         let sum = || {
-            let mut mosaic = Mosaic::default();
+            let mut merger = Merger::default();
             for (number, part) in (1..).zip(parts) {
-                mosaic.add(part.clone()).map_err(refused(format!("accumulator {number}")))?;
+                merger.add(&format!("accumulator {number}"), Cow::Borrowed(part))?;
             }
-            let sums = mosaic.finish().map_err(refused("merge".into()))?;
-            sums.ok_or_else(|| Error::usage("there is nothing to add", "merge", ""))
+            merger.finish()
         };
         py.detach(sum).or_raise(py).map(Self)
     }

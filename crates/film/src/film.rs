@@ -51,6 +51,16 @@ impl Window {
         inside.then(|| (y - self.y0) as usize * self.width() as usize + (x - self.x0) as usize)
     }
 
+    /// The rows of pixels that are in both windows, as the places that they have in each.
+    pub(crate) fn shared_rows(&self, other: &Self) -> impl Iterator<Item = (Range<usize>, Range<usize>)> {
+        let (a, b) = (*self, *other);
+        let (x0, x1) = (a.x0.max(b.x0), a.x1.min(b.x1));
+        let width = x1.saturating_sub(x0) as usize;
+        let rows = if width > 0 { a.y0.max(b.y0)..a.y1.min(b.y1) } else { 0..0 };
+        let run = move |window: Self, y: u32| window.index(x0, y).map(|start| start..start + width);
+        rows.filter_map(move |y| Some((run(a, y)?, run(b, y)?)))
+    }
+
     /// Squares of `size` pixels (smaller at the edges) on the grid of the whole picture, row by row.
     pub(crate) fn tiles(self, size: u32) -> impl Iterator<Item = Self> {
         let starts = move |lo: u32, hi: u32| (lo / size * size..hi).step_by(size as usize);
@@ -159,16 +169,22 @@ impl Film {
         self.tiles.iter().flat_map(|t| &t.samples).map(|&n| u64::from(n)).sum()
     }
 
-    /// Adds all samples of `other`. Merging in any order and grouping gives the same bits.
+    /// Adds all samples of `other`, whatever its tiles are. Merging in any order and grouping gives the same bits.
     ///
     /// # Errors
-    /// If the two films do not record the same thing in the same tiles.
+    /// If the two films do not record the same thing.
     pub fn merge(&mut self, other: &Self) -> Result<(), FilmError> {
-        let windows = |film: &Self| film.tiles.iter().map(FilmTile::window).collect::<Vec<_>>();
-        if !self.settings.records_the_same(&other.settings) || windows(self) != windows(other) {
-            return Err(FilmError::mismatch("the films differ in size, window, tiles or AOVs"));
+        if !self.settings.records_the_same(&other.settings) {
+            return Err(FilmError::mismatch("the films differ in size, window or AOVs"));
         }
-        self.tiles.iter_mut().zip(&other.tiles).for_each(|(a, b)| a.merge(b));
+        if self.tiles.iter().map(FilmTile::window).eq(other.tiles.iter().map(FilmTile::window)) {
+            self.tiles.iter_mut().zip(&other.tiles).for_each(|(a, b)| a.merge(b));
+        } else {
+            self.tiles.iter_mut().for_each(|a| other.tiles.iter().for_each(|b| a.merge(b)));
+        }
+        if let Some(tile) = self.tiles.first_mut() {
+            tile.non_finite += other.non_finite();
+        }
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! Parts of a picture, put together.
 
 use crate::{Accumulator, FilmError, Window};
+use std::borrow::Cow;
 
 /// Sums that come one by one, in any order: those of the same part of a picture are added, parts are put side by side.
 #[derive(Debug, Default)]
@@ -14,7 +15,7 @@ impl Mosaic {
     /// # Errors
     /// They are of another picture than those before, or cannot be [added](Accumulator::merge) to those of their part. Then nothing is
     /// changed.
-    pub fn add(&mut self, sums: Accumulator) -> Result<bool, FilmError> {
+    pub fn add(&mut self, sums: Cow<'_, Accumulator>) -> Result<bool, FilmError> {
         if let Some(first) = self.parts.first() {
             first.check_kin(&sums)?;
         }
@@ -22,7 +23,7 @@ impl Mosaic {
         match self.parts.iter_mut().find(|part| part.window() == window) {
             Some(part) => part.merge(&sums)?,
             None => {
-                self.parts.push(sums);
+                self.parts.push(sums.into_owned());
                 return Ok(true);
             }
         }
@@ -122,6 +123,30 @@ mod tests {
         sums
     }
 
+    #[test]
+    fn tiles_may_differ() {
+        let all = [0, 0, 70, 41];
+        let whole = sums(all, 0..6, 1);
+        let read = |sums: &Accumulator| decode_sums(&bytes(sums), 64, "sums").expect("read");
+        let halves = |samples: Range<u32>| {
+            let mut mosaic = Mosaic::default();
+            for crop in [[0, 0, 33, 41], [33, 0, 70, 41]] {
+                mosaic.add(Cow::Owned(sums(crop, samples.clone(), 1))).expect("belongs");
+            }
+            mosaic.finish().expect("filled").expect("some")
+        };
+        for (mut a, b) in [
+            (sums(all, 0..2, 1), read(&sums(all, 2..6, 1))),
+            (read(&sums(all, 2..6, 1)), sums(all, 0..2, 1)),
+            (halves(0..2), sums(all, 2..6, 1)),
+            (read(&sums(all, 2..6, 1)), halves(0..2)),
+        ] {
+            a.merge(&b).expect("belongs");
+            assert_eq!(bytes(&a), bytes(&whole));
+            assert_eq!(a.develop(), whole.develop());
+        }
+    }
+
     fn bytes(sums: &Accumulator) -> Vec<u8> {
         encode_sums(sums).expect("in memory")
     }
@@ -138,8 +163,10 @@ mod tests {
             }
             all.rotate_left(turn * 3);
             let mut mosaic = Mosaic::default();
-            let firsts =
-                all.into_iter().map(|part| mosaic.add(part).expect("belongs")).filter(|first| *first);
+            let firsts = all
+                .into_iter()
+                .map(|part| mosaic.add(Cow::Owned(part)).expect("belongs"))
+                .filter(|first| *first);
             assert_eq!(firsts.count(), crops.len());
             let joined = mosaic.finish().expect("filled").expect("some");
             assert_eq!(bytes(&joined), whole);
@@ -152,7 +179,7 @@ mod tests {
     fn what_does_not_fit_is_refused() {
         let finish = |parts: Vec<Accumulator>| {
             let mut mosaic = Mosaic::default();
-            let added = parts.into_iter().try_for_each(|part| mosaic.add(part).map(|_| ()));
+            let added = parts.into_iter().try_for_each(|part| mosaic.add(Cow::Owned(part)).map(|_| ()));
             added.and_then(|()| mosaic.finish()).map(|sums| sums.is_some()).map_err(|e| e.to_string())
         };
         let left = || sums([0, 0, 30, 41], 0..2, 1);

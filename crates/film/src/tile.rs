@@ -2,6 +2,7 @@
 
 use crate::coverage::Coverage;
 use crate::{Aov, Exact, ExactUnit, FilmSettings, Window};
+use std::ops::{AddAssign, Range};
 use vastlight_math::Vec3;
 
 /// Rec. 709 luminance of linear RGB.
@@ -116,19 +117,21 @@ impl FilmTile {
         }
     }
 
-    /// Adds the sums of a tile of the same window and planes.
+    /// Adds the sums of a tile with the same planes, in the pixels that both have.
     pub(crate) fn merge(&mut self, other: &Self) {
-        add_all(&mut self.samples, &other.samples);
-        add_all(&mut self.hits, &other.hits);
-        add_all(&mut self.squares, &other.squares);
-        add_all(&mut self.depth, &other.depth);
-        add_all(self.color.as_flattened_mut(), other.color.as_flattened());
-        add_all(self.albedo.as_flattened_mut(), other.albedo.as_flattened());
-        add_all(self.normal.as_flattened_mut(), other.normal.as_flattened());
-        add_all(self.position.as_flattened_mut(), other.position.as_flattened());
-        self.objects.iter_mut().zip(&other.objects).for_each(|(a, b)| a.merge(b));
-        self.materials.iter_mut().zip(&other.materials).for_each(|(a, b)| a.merge(b));
-        self.non_finite += other.non_finite;
+        for (ours, theirs) in self.window.shared_rows(&other.window) {
+            let runs = (&ours, &theirs);
+            add_run(&mut self.samples, &other.samples, runs);
+            add_run(&mut self.hits, &other.hits, runs);
+            add_run(&mut self.squares, &other.squares, runs);
+            add_run(&mut self.depth, &other.depth, runs);
+            add_rows(&mut self.color, &other.color, runs);
+            add_rows(&mut self.albedo, &other.albedo, runs);
+            add_rows(&mut self.normal, &other.normal, runs);
+            add_rows(&mut self.position, &other.position, runs);
+            merge_run(&mut self.objects, &other.objects, runs);
+            merge_run(&mut self.materials, &other.materials, runs);
+        }
     }
 
     /// Bytes that [`FilmSettings::squares`] add to a pixel.
@@ -149,7 +152,7 @@ impl FilmTile {
 
 /// Adds a vector to the sums of pixel `i`, if the plane is there.
 #[inline]
-fn add_vec3<S: std::ops::AddAssign>(plane: &mut [[S; 3]], i: usize, v: Vec3, convert: impl Fn(f32) -> S) {
+fn add_vec3<S: AddAssign>(plane: &mut [[S; 3]], i: usize, v: Vec3, convert: impl Fn(f32) -> S) {
     if let Some([x, y, z]) = plane.get_mut(i) {
         *x += convert(v.x);
         *y += convert(v.y);
@@ -157,6 +160,29 @@ fn add_vec3<S: std::ops::AddAssign>(plane: &mut [[S; 3]], i: usize, v: Vec3, con
     }
 }
 
-fn add_all<S: std::ops::AddAssign + Copy>(sums: &mut [S], others: &[S]) {
-    sums.iter_mut().zip(others).for_each(|(sum, &other)| *sum += other);
+/// Where a row of pixels stands in the planes of two tiles.
+type Runs<'a> = (&'a Range<usize>, &'a Range<usize>);
+
+/// The same row in two planes; empty where the planes are.
+fn both<'a, T>(
+    plane: &'a mut [T],
+    other: &'a [T],
+    (a, b): Runs<'_>,
+) -> impl Iterator<Item = (&'a mut T, &'a T)> {
+    let (plane, other) = (plane.get_mut(a.clone()), other.get(b.clone()));
+    plane.unwrap_or_default().iter_mut().zip(other.unwrap_or_default())
+}
+
+fn add_run<S: AddAssign + Copy>(plane: &mut [S], other: &[S], runs: Runs<'_>) {
+    both(plane, other, runs).for_each(|(sum, &other)| *sum += other);
+}
+
+fn add_rows<S: AddAssign + Copy>(plane: &mut [[S; 3]], other: &[[S; 3]], runs: Runs<'_>) {
+    for (sums, others) in both(plane, other, runs) {
+        sums.iter_mut().zip(others).for_each(|(sum, &other)| *sum += other);
+    }
+}
+
+fn merge_run(plane: &mut [Coverage], other: &[Coverage], runs: Runs<'_>) {
+    both(plane, other, runs).for_each(|(sum, other)| sum.merge(other));
 }

@@ -80,7 +80,7 @@ pub use render::{Control, Progress, RenderRequest, Rendered, Snapshot, render};
 pub use session::Session;
 pub use shutter::Exposure;
 pub use stats::{CacheCounts, Ending, PagingStats, Residency, SceneCounts, Stats};
-pub use sums::merge_sums;
+pub use sums::{Merger, SUMS_TILE, merge_sums};
 
 pub use vastlight_accel as accel;
 pub use vastlight_export as export;

@@ -2,43 +2,65 @@
 
 use crate::Error;
 use crate::memory::{budget_bytes, film_bytes, refuse_beyond, rss_bytes};
-use std::path::{Path, PathBuf};
+use std::borrow::Cow;
+use std::path::PathBuf;
 use vastlight_film::{Accumulator, FilmError, FilmSettings, Mosaic, SumsFile, Window};
 
-/// Edge of the tiles of sums that are added: long runs are read quickly.
-const TILE: u32 = 64;
+/// Edge of the tiles of sums that are read: long runs are read quickly.
+pub const SUMS_TILE: u32 = 64;
 
-/// Adds the sums in files, and puts parts of a picture side by side: the bits of one run, in any order. A single file may also be one of
-/// a picture under way.
+/// Adds sums that come one after the other, and puts parts of a picture side by side: the bits of one run, in any order.
+#[derive(Debug, Default)]
+pub struct Merger {
+    mosaic: Mosaic,
+    first: Option<String>,
+}
+
+impl Merger {
+    /// Adds sums, which messages call `place`; says whether they are the first of their part.
+    ///
+    /// # Errors
+    /// They do not belong to those before, or have passes in common with them.
+    pub fn add(&mut self, place: &str, sums: Cow<'_, Accumulator>) -> Result<bool, Error> {
+        let first = self.first.get_or_insert_with(|| place.to_owned());
+        self.mosaic.add(sums).map_err(|error| match error {
+            FilmError::Mismatch { what } => {
+                Error::scene(what, place, format!("it does not belong to {first}"))
+            }
+            other => other.into(),
+        })
+    }
+
+    /// The sums of all. Those of a single part may be of a picture under way.
+    ///
+    /// # Errors
+    /// There are none, or parts overlap or leave gaps.
+    pub fn finish(self) -> Result<Accumulator, Error> {
+        let sums = self.mosaic.finish().map_err(|error| match error {
+            FilmError::Mismatch { what } => {
+                Error::scene(what, "merge", "parts of a picture fill a rectangle")
+            }
+            other => other.into(),
+        })?;
+        sums.ok_or_else(|| Error::usage("there is nothing to add", "merge", ""))
+    }
+}
+
+/// Adds the sums in files: see [`Merger`].
 ///
 /// # Errors
-/// A file cannot be read or is damaged, two of them do not belong together or have passes in common, parts leave gaps, or they do not
-/// fit into `memory` bytes (none for the default budget).
+/// A file cannot be read or is damaged, those of [`Merger`], or they do not fit into `memory` bytes (none for the default budget).
 pub fn merge_sums(paths: &[PathBuf], memory: Option<u64>) -> Result<Accumulator, Error> {
-    let (mut mosaic, mut held) = (Mosaic::default(), rss_bytes().unwrap_or(0));
+    let (mut merger, mut held) = (Merger::default(), rss_bytes().unwrap_or(0));
     for path in paths {
         let file = SumsFile::open(path)?;
         let bytes = bytes_of(&file.settings());
         refuse_beyond(budget_bytes(memory), held.saturating_add(bytes), "about", "a larger --memory")?;
-        let refused = |e: FilmError| match e {
-            FilmError::Mismatch { what } => mismatch(path, &paths[0], what),
-            other => other.into(),
-        };
-        if mosaic.add(file.load(TILE)?).map_err(refused)? {
+        if merger.add(&path.display().to_string(), Cow::Owned(file.load(SUMS_TILE)?))? {
             held += bytes;
         }
     }
-    let refused = |e: FilmError| match e {
-        FilmError::Mismatch { what } => Error::scene(what, "merge", "parts of a picture fill a rectangle"),
-        other => other.into(),
-    };
-    let sums = mosaic.finish().map_err(refused)?;
-    sums.ok_or_else(|| Error::usage("no file of sums is named", "merge", ""))
-}
-
-fn mismatch(path: &Path, first: &Path, what: String) -> Error {
-    let hint = format!("it does not belong to {}", first.display());
-    Error::scene(what, path.display().to_string(), hint)
+    merger.finish()
 }
 
 fn bytes_of(settings: &FilmSettings) -> u64 {
