@@ -77,6 +77,26 @@ def test_frames_come_as_they_are_done(client, tmp_path):
     assert len(set(pictures)) == 3
 
 
+def test_a_picture_after_frames_is_of_the_scene_at_rest():
+    options = {"size": (24, 16), "spp": 1}
+    load = {"triangles": 30000}
+    with distributed.LocalCluster(n_workers=1, **WORKERS) as local, distributed.Client(local) as client:
+        dict(cluster.frames(client, "demo:bodies", [1.0], load=load, **options))
+        sums = cluster.accumulate(client, "demo:bodies", load=load, **options).to_bytes()
+    scene = vl.load("demo:bodies", **load)
+    assert sums == vl.accumulate(scene, passes=(0, 1), size=(24, 16)).to_bytes()
+    scene.set_time(1.0)
+    assert sums != vl.accumulate(scene, passes=(0, 1), size=(24, 16)).to_bytes()
+
+
+def test_checkpoints_know_what_was_opened(client, tmp_path):
+    options = {"size": (24, 16), "spp": 1, "checkpoint": tmp_path}
+    cluster.accumulate(client, "demo:terrain", load={"triangles": 20000, "memory": "1GiB"}, **options)
+    cluster.accumulate(client, "demo:terrain", load={"triangles": 20000, "memory": "2GiB"}, **options)
+    with pytest.raises(vl.SceneError, match="another job"):
+        cluster.accumulate(client, "demo:terrain", load={"triangles": 20000, "sun": (20.0, 10.0)}, **options)
+
+
 class Killer(threading.Thread):
     """Kills workers at random moments."""
 
@@ -137,7 +157,7 @@ def test_a_client_that_starts_again_goes_on(client, still_life, tmp_path):
         if done == 2:
             raise KeyboardInterrupt
 
-    asked = {"size": SIZE, "spp": SPP, "passes_per_part": 2, "checkpoint": tmp_path / "sums"}
+    asked = {"size": SIZE, "spp": SPP, "passes_per_part": 1, "checkpoint": tmp_path / "sums"}
     with pytest.raises(KeyboardInterrupt):
         cluster.accumulate(client, "demo:still-life", progress=stop, **asked)
     told = []
@@ -145,11 +165,18 @@ def test_a_client_that_starts_again_goes_on(client, still_life, tmp_path):
     asked["passes_per_part"] = 3
     sums = cluster.accumulate(client, "demo:still-life", progress=lambda *n: told.append(n), **asked)
     assert sums.to_bytes() == still_life
-    assert told[-1][1] < 6
+    # Two samples are there: at most ten are left, and what they are cut into.
+    assert told[-1][1] <= 5
     # What is done is not done again.
-    assert cluster.accumulate(client, "demo:still-life", **asked).to_bytes() == still_life
+    told.clear()
+    again = cluster.accumulate(client, "demo:still-life", progress=lambda *n: told.append(n), **asked)
+    assert again.to_bytes() == still_life and not told
     with pytest.raises(vl.SceneError, match="another job"):
         cluster.accumulate(client, "demo:still-life", seed=1, **asked)
+    with pytest.raises(vl.SceneError, match="has 12 samples"):
+        cluster.accumulate(client, "demo:still-life", **{**asked, "spp": SPP - 1})
+    with pytest.raises(vl.SceneError, match="tiles of None"):
+        cluster.accumulate(client, "demo:still-life", tile=(48, 9), **asked)
     assert cluster.accumulate(client, "demo:still-life", **asked).to_bytes() == still_life
 
 
@@ -182,7 +209,7 @@ def write(path, size):
     path.write_text(head + face + "\n".join(" ".join(map(str, c)) for c in corners) + "\n3 0 1 2\n")
 
 
-@pytest.mark.parametrize("argument", [{"noise": 0.1}, {"passes": (0, 1)}, {"crop": (0, 0, 1, 1)}, {"tile": (0, 1)}])
+@pytest.mark.parametrize("argument", [{"noise": 0.1}, {"passes": (0, 1)}, {"crop": (0, 0, 1, 1)}, {"tile": (0, 1)}, {"tile": ()}, {"passes_per_part": 0}])
 def test_what_a_cluster_does_not_take_is_said(client, argument):
     with pytest.raises(vl.UsageError, match=next(iter(argument))):
         cluster.render(client, "demo:cornell", size=SIZE, spp=1, **argument)

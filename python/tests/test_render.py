@@ -90,6 +90,7 @@ def test_passes_add_up_to_the_picture(cornell: vl.Scene) -> None:
     sent = vl.Accumulator.from_bytes(parts[1].to_bytes())
     assert sent.to_bytes() == parts[1].to_bytes() == pickle.loads(pickle.dumps(parts[1])).to_bytes()
     assert sent.recipe == parts[0].recipe and "scene" in sent.recipe
+    assert np.array_equal(np.asarray(vl.merge([parts[0], sent, parts[2]]).develop()), whole)
     assert np.array_equal(
         np.asarray(vl.render(cornell, size=SMALL, spp=6, passes=(2, 3))), np.asarray(sent.develop())
     )

@@ -28,7 +28,7 @@ from typing import TYPE_CHECKING, Any
 import vastlight as vl
 
 try:
-    from distributed import Client, Future, get_worker, wait
+    from distributed import Client, Future, TimeoutError, get_worker, wait
     from distributed.client import FutureCancelledError, FuturesCancelledError
     from distributed.scheduler import KilledWorker
 except ImportError as error:  # pragma: no cover
@@ -49,7 +49,9 @@ PARTS_PER_WORKER = 4
 AHEAD = 2
 """Tasks that are handed out for each worker; more wait here, for workers that come later."""
 ATTEMPTS = 50
-"""A part that was lost as often as this is given up: its workers die of it."""
+"""A part that Dask gave up as often as this is given up here: its workers die of it."""
+HERE_ALONE = ("memory", "threads", "cache_dir")
+"""Arguments of :func:`vastlight.load` that change no picture."""
 LOOK = 2.0
 """Seconds between two looks for parts that take long."""
 
@@ -73,7 +75,8 @@ class Job:
     @property
     def identity(self) -> str:
         """A name that follows from what decides the bits of a sample."""
-        decides = [vl.__version__, self.fingerprint, self.options]
+        load = {name: value for name, value in self.load.items() if name not in HERE_ALONE}
+        decides = [vl.__version__, self.fingerprint, load, self.options]
         text = json.dumps(decides, sort_keys=True, default=repr)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -138,7 +141,8 @@ def accumulate(
         passes_per_part: samples of each pixel that one task takes; without it there are some tasks for each worker.
         tile: width and height of tiles, for pictures of which one part would be too large or too slow.
         load: further arguments of :func:`vastlight.load`.
-        checkpoint: a folder for the sums so far: a client that starts again with the same arguments goes on with them, also to more ``spp``.
+        checkpoint: a folder for the sums so far: a client that starts again with the same arguments goes on with them, also to more ``spp`` and in other
+            parts, but of the same tiles.
         checkpoint_every: seconds between two writes.
         progress: called with parts done and parts in all.
         options: further ones of :class:`vastlight.RenderOptions`, but ``crop``, ``progress`` and ``threads``.
@@ -189,12 +193,12 @@ class Cut:
 
     def regions(self, size: tuple[int, int]) -> list[Region | None]:
         """The tiles."""
-        return list(_tiles(size, self.tile)) if self.tile else [None]
+        return [None] if self.tile is None else list(_tiles(size, self.tile))
 
     def ranges(self, places: int, workers: int) -> list[tuple[int, int]]:
         """The ranges of passes."""
         parts = max(1, PARTS_PER_WORKER * max(1, workers) // places)
-        step = self.passes_per_part or -(-self.spp // parts)
+        step = -(-self.spp // parts) if self.passes_per_part is None else self.passes_per_part
         if self.spp < 1 or step < 1:
             raise vl.UsageError("at least one sample is expected", "spp" if self.spp < 1 else "passes_per_part")
         return [(first, min(first + step, self.spp)) for first in range(0, self.spp, step)]
@@ -217,9 +221,7 @@ def _work(
     source, load = os.fspath(source), dict(load or {})
     fingerprint = vl.load(source, **load).fingerprint
     job = Job(source, load, {"size": tuple(size), **options}, fingerprint)
-    regions = cut.regions(size)
-    ranges = cut.ranges(len(regions) * len(times), len(client.nthreads()))
-    return Work(job, times, regions, ranges, Checkpoint(job, checkpoint, checkpoint_every))
+    return Work(job, times, size, cut, len(client.nthreads()), Checkpoint(job, cut, checkpoint, checkpoint_every))
 
 
 class Work:
@@ -229,12 +231,14 @@ class Work:
         self,
         job: Job,
         times: list[float | None],
-        regions: list[Region | None],
-        ranges: list[tuple[int, int]],
+        size: tuple[int, int],
+        cut: Cut,
+        workers: int,
         checkpoint: Checkpoint,
     ) -> None:
-        self.job, self.times, self.regions, self.checkpoint = job, times, regions, checkpoint
-        self.sums = {place: checkpoint.read(place) for place in itertools.product(times, regions)}
+        self.job, self.times, self.regions, self.checkpoint = job, times, cut.regions(size), checkpoint
+        ranges = cut.ranges(len(self.regions) * len(times), workers)
+        self.sums = {place: checkpoint.read(place, cut.spp) for place in itertools.product(times, self.regions)}
         self.parts = [Part(*place, passes) for place in self.sums for passes in _missing(self.sums[place], ranges)]
         self.left = Counter(part.time for part in self.parts)
 
@@ -269,9 +273,9 @@ class Work:
 
 
 def _tiles(size: tuple[int, int], tile: tuple[int, int]) -> Iterator[Region]:
+    if len(tile) != 2 or min(tile) < 1:
+        raise vl.UsageError("a width and a height of at least one pixel are expected", "tile")
     (width, height), (columns, rows) = size, tile
-    if columns < 1 or rows < 1:
-        raise vl.UsageError("at least one pixel is expected", "tile")
     for y in range(0, height, rows):
         for x in range(0, width, columns):
             yield x, y, min(x + columns, width), min(y + rows, height)
@@ -297,23 +301,26 @@ class Checkpoint:
 
     JOB = "job.json"
 
-    def __init__(self, job: Job, folder: str | os.PathLike[str] | None, every: float) -> None:
+    def __init__(self, job: Job, cut: Cut, folder: str | os.PathLike[str] | None, every: float) -> None:
         self.folder = None if folder is None else Path(folder)
         self.every = every
         self.due = time.monotonic() + every
         self.changed: set[Place] = set()
         if self.folder is not None:
-            self._claim(self.folder, job)
+            self._claim(self.folder, job, cut)
 
-    def _claim(self, folder: Path, job: Job) -> None:
+    def _claim(self, folder: Path, job: Job, cut: Cut) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         file = folder / self.JOB
-        mine = {"job": job.identity, "source": job.source, "options": repr(job.options)}
+        tile = None if cut.tile is None else list(cut.tile)
+        mine = {"job": job.identity, "source": job.source, "options": repr(job.options), "tile": tile}
         if file.exists():
             known = json.loads(file.read_text())
             if known.get("job") != job.identity:
                 what = f"the checkpoint is of another job, {known.get('source')} with {known.get('options')}"
                 raise vl.SceneError(what, str(folder), "name another, or remove it")
+            if known.get("tile") != tile:
+                raise vl.SceneError(f"the checkpoint has tiles of {known.get('tile')}", str(folder), "ask for the same tiles")
             return
         new = file.with_suffix(".new")
         new.write_text(json.dumps(mine, indent=1))
@@ -324,10 +331,16 @@ class Checkpoint:
         words = ["rest" if moment is None else f"{moment!r}s", *map(str, region or ["whole"])]
         return folder / f"{'-'.join(words)}.vlc"
 
-    def read(self, place: Place) -> vl.Accumulator | None:
+    def read(self, place: Place, spp: int) -> vl.Accumulator | None:
         """What there is of a place."""
         file = self.folder and self._file(self.folder, place)
-        return vl.Accumulator.load(file) if file and file.exists() else None
+        if not file or not file.exists():
+            return None
+        sums = vl.Accumulator.load(file)
+        most = max(known.stop for known in sums.passes)
+        if most > spp:
+            raise vl.SceneError(f"the checkpoint has {most} samples of each pixel", str(file), "ask for as many, or name another")
+        return sums
 
     def note(self, place: Place) -> None:
         """There is more of a place."""
@@ -363,7 +376,7 @@ def _results(client: Client, job: Job, parts: Sequence[Part]) -> Iterator[tuple[
         while len(done) < len(parts):
             while waiting and len(running) < AHEAD * max(1, len(client.nthreads())):
                 submit(waiting.popleft())
-            for future in _ended(running):
+            for future in _ended(client, running):
                 part, _ = running.pop(future, (None, 0.0))
                 if part is None or part in done:
                     continue
@@ -371,7 +384,7 @@ def _results(client: Client, job: Job, parts: Sequence[Part]) -> Iterator[tuple[
                 if result is None:
                     lost[part] += 1
                     if lost[part] >= ATTEMPTS:
-                        raise vl.Error(f"{ATTEMPTS} workers that had it died", str(part), "give workers more memory")
+                        raise vl.Error(f"Dask gave it up {ATTEMPTS} times since its workers died", str(part), "give workers more memory")
                     submit(part, f"-lost-{lost[part]}")
                     continue
                 done.add(part)
@@ -386,9 +399,10 @@ def _results(client: Client, job: Job, parts: Sequence[Part]) -> Iterator[tuple[
         client.cancel(list(running))
 
 
-def _ended(running: Mapping[Task, Any]) -> list[Task]:
+def _ended(client: Client, running: Mapping[Task, Any]) -> list[Task]:
     try:
-        wait(list(running), timeout=LOOK, return_when="FIRST_COMPLETED")
+        with client.as_current():
+            wait(list(running), timeout=LOOK, return_when="FIRST_COMPLETED")
     except (TimeoutError, FuturesCancelledError):
         pass
     return [future for future in running if future.status != "pending"]
@@ -423,7 +437,7 @@ def _sums_of(job: Job, part: Part) -> tuple[bytes, float]:
     """The sums of a part, and the seconds that they took: on a worker, which does one part after the other with all of its threads."""
     with _lock:
         start = time.monotonic()
-        scene = _open(job)
+        scene = _open(job, moved=part.time is not None)
         if part.time is not None:
             scene.set_time(part.time)
         options = dict(job.options, passes=part.passes, threads=_threads())
@@ -440,15 +454,15 @@ def _threads() -> int:
         return 1
 
 
-def _open(job: Job) -> vl.Scene:
-    """The scene, which a worker keeps for its next part."""
-    load = dict(job.load)
+def _open(job: Job, moved: bool) -> vl.Scene:
+    """The scene, which a worker keeps for its next part: one that was never moved is at rest."""
+    load = {"threads": _threads(), **job.load}
     if os.environ.get(MEMORY):
         load["memory"] = os.environ[MEMORY]
     source = job.source
     if os.environ.get(FOLDER) and "://" not in source and not source.startswith("demo:"):
         source = os.path.join(os.environ[FOLDER], source)
-    name = repr((source, sorted(load.items())))
+    name = repr((source, sorted(load.items()), moved))
     if name not in _opened:
         _opened.clear()
         scene = vl.load(source, **load)
