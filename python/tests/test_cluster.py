@@ -94,7 +94,7 @@ def test_checkpoints_know_what_was_opened(client, tmp_path):
     cluster.accumulate(client, "demo:terrain", load={"triangles": 20000, "memory": "1GiB"}, **options)
     cluster.accumulate(client, "demo:terrain", load={"triangles": 20000, "memory": "2GiB"}, **options)
     with pytest.raises(vl.SceneError, match="another job"):
-        cluster.accumulate(client, "demo:terrain", load={"triangles": 20000, "sun": (20.0, 10.0)}, **options)
+        cluster.accumulate(client, "demo:terrain", load={"triangles": 20000, "sequence_fps": 12.0}, **options)
 
 
 class Killer(threading.Thread):
