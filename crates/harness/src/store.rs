@@ -54,6 +54,14 @@ mod tests {
         open(seal::store(&bytes).expect("a table of sections"))
     }
 
+    #[test]
+    fn stored_movements_are_posed() {
+        let mut open = open(seed("store", "animated.vls")).expect("a store");
+        let at_rest = open.scene.instances().get(0);
+        check::moments(&mut open.scene);
+        assert!(at_rest.is_some() && open.scene.instances().get(0) != at_rest);
+    }
+
     /// Movements were recorded otherwise in version 4.
     #[test]
     fn an_older_movement_is_refused_for_its_version() {
