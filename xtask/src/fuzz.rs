@@ -1,6 +1,7 @@
 //! Fuzzing: each target for a while, one after the other. See docs/fuzzing.md.
 
-use crate::process::{root, step};
+use crate::process::{root, step, together};
+use crate::test::Tally;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -26,18 +27,16 @@ pub(crate) fn run() -> Result<(), String> {
         return Err(format!("no target is named {unknown}, there are {}", known.join(", ")));
     }
     let chosen = if words.is_empty() { known } else { words };
-    chosen.iter().try_for_each(|target| fuzz(target, seconds.unwrap_or(SECONDS)))
+    together(chosen.iter().map(|target| fuzz(target, seconds.unwrap_or(SECONDS))))
 }
 
 /// Every target for a short while, where that is possible.
-pub(crate) fn briefly() -> Result<(), String> {
-    match missing() {
-        None => targets()?.iter().try_for_each(|target| fuzz(target, SECONDS)),
-        Some(missing) => {
-            println!("skipped: fuzzing: {missing}");
-            Ok(())
-        }
+pub(crate) fn briefly(tally: &mut Tally) -> Result<(), String> {
+    if let Some(missing) = missing() {
+        tally.skip(&format!("fuzzing: {missing}"));
+        return Ok(());
     }
+    together(targets()?.iter().map(|target| fuzz(target, SECONDS)))
 }
 
 /// What fuzzing needs and is not there.

@@ -44,3 +44,27 @@ pub(crate) fn lines(command: &mut Command, mut each: impl FnMut(&str)) -> Result
     }
     child.wait().map(|status| status.success()).map_err(|e| format!("{command:?} was lost: {e}"))
 }
+
+/// All that failed, one a line; what comes after a failure is done as well.
+pub(crate) fn together(outcomes: impl IntoIterator<Item = Result<(), String>>) -> Result<(), String> {
+    let failed: Vec<String> = outcomes.into_iter().filter_map(Result::err).collect();
+    if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_failed_stops_nothing_and_is_named() {
+        let mut done = Vec::new();
+        let steps = ["a", "b", "c", "d"].map(|name| (name, ["b", "d"].contains(&name)));
+        let outcome = together(steps.iter().map(|&(name, fails)| {
+            done.push(name);
+            if fails { Err(format!("{name}: failed")) } else { Ok(()) }
+        }));
+        assert_eq!(outcome, Err("b: failed\nd: failed".to_owned()));
+        assert_eq!(done, ["a", "b", "c", "d"]);
+        assert_eq!(together([Ok(()), Ok(())]), Ok(()));
+    }
+}

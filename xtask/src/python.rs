@@ -1,6 +1,6 @@
 //! The Python package, tested as its users have it: in an environment with NumPy alone, then with each extra.
 
-use crate::process::{cargo, lines, root, step};
+use crate::process::{cargo, lines, root, step, together};
 use crate::test::{FEATURES, Tally};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -34,7 +34,7 @@ pub(crate) fn test(tally: &mut Tally) -> Result<(), String> {
             Ok(())
         }
     };
-    alone.and(with_extras)
+    together([alone, with_extras])
 }
 
 /// Builds the wheel as it is published, and tests it in an environment with NumPy alone.

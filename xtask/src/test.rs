@@ -1,6 +1,6 @@
 //! Lints and tests. A test that needs something absent prints `skipped: ...`; those are counted and named at the end.
 
-use crate::process::{cargo, lines, step};
+use crate::process::{cargo, lines, step, together};
 use crate::{book, browser, driver, fuzz, python};
 use std::process::Stdio;
 
@@ -59,11 +59,7 @@ pub(crate) fn run() -> Result<(), String> {
     lints()?;
     driver::find_or_install();
     browser::report();
-    tests("tests", &[], |tally| {
-        dependencies(tally)?;
-        book::test(tally)?;
-        python::test(tally)
-    })
+    tests("tests", &[], |tally| together([dependencies(tally), book::test(tally), python::test(tally)]))
 }
 
 /// The Python package alone.
@@ -77,8 +73,7 @@ pub(crate) fn python() -> Result<(), String> {
 pub(crate) fn soak() -> Result<(), String> {
     driver::find_or_install();
     browser::report();
-    tests("long proofs", &[("VASTLIGHT_SOAK", "1")], |_| Ok(()))?;
-    fuzz::briefly()
+    tests("long proofs", &[("VASTLIGHT_SOAK", "1")], fuzz::briefly)
 }
 
 /// Runs the workspace's tests, and more.

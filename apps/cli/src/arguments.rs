@@ -3,7 +3,7 @@
 use crate::commands::{
     bench, completions, devices, diff, generate, info, man, merge, pack, render, validate, view,
 };
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use vastlight::gpu::{DeviceChoice, Executor};
 use vastlight::{Device, DeviceRequest, Error, ErrorClass, parse_bytes};
 
@@ -20,6 +20,15 @@ pub(crate) struct Cli {
     pub(crate) common: Common,
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Cli {
+    /// All commands as they are written about.
+    pub(crate) fn described() -> clap::Command {
+        let mut root = Self::command().disable_help_subcommand(true);
+        root.build();
+        root
+    }
 }
 
 #[derive(Subcommand, Debug)]
@@ -224,5 +233,27 @@ impl SceneArguments {
     /// Opens the scene in memory.
     pub(crate) fn load(&self, common: &Common) -> Result<vastlight::scene::Scene, Error> {
         vastlight::load(&self.scene, &self.options(common)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: SceneOptions,
+    }
+
+    #[test]
+    fn words_say_all_overrides_in_their_order() {
+        let given = ["--triangles", "9", "--override", "b.toml", "--override", "a.toml"];
+        let line = |words: &[String]| {
+            Line::parse_from(std::iter::once("vastlight").chain(words.iter().map(String::as_str))).options
+        };
+        let options = line(&given.map(str::to_owned));
+        assert_eq!(options.words(), given);
+        assert_eq!(line(&options.words()).overrides, ["b.toml", "a.toml"].map(std::path::PathBuf::from));
     }
 }

@@ -1,7 +1,7 @@
 //! docs/command-line.md follows the flags: a test writes the page and compares.
 
 use crate::arguments::Cli;
-use clap::{Arg, ArgAction, Command, CommandFactory};
+use clap::{Arg, ArgAction, Command};
 use std::fmt::Write;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/command-line.md");
@@ -15,8 +15,7 @@ Made from the flags of the command; `vastlight COMMAND --help` says the same, an
 
 /// The whole page.
 fn page() -> String {
-    let mut root = Cli::command().disable_help_subcommand(true);
-    root.build();
+    let root = Cli::described();
     let mut page = HEAD.to_owned();
     let _ = write!(page, "\n{}\n", description(&root));
     page += "\n## Common options\n\nOf every command.\n\n";

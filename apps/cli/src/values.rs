@@ -1,4 +1,4 @@
-//! Values of arguments: resolutions, crops, durations, directions, filters.
+//! Values of arguments: resolutions, crops, durations, directions.
 
 use std::ops::Range;
 use std::time::Duration;
@@ -6,8 +6,8 @@ use vastlight::accel::cluster::Heuristic;
 use vastlight::default_size;
 use vastlight::math::Vec3;
 use vastlight::trace::UpdateMethod;
+use vastlight::transport::Tile;
 use vastlight::transport::photon::SearchKind;
-use vastlight::transport::{PixelFilter, Tile};
 
 /// Picture size as it was asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -213,14 +213,10 @@ pub(crate) fn passes(text: &str) -> Result<Range<u32>, String> {
     }
 }
 
-/// `box`, `triangle`, `gaussian` or `blackman-harris`, with a radius in pixels after a colon if wanted.
-pub(crate) fn filter(text: &str) -> Result<PixelFilter, String> {
-    text.parse()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vastlight::transport::PixelFilter;
 
     #[test]
     fn resolutions() {
@@ -261,6 +257,7 @@ mod tests {
 
     #[test]
     fn filters() {
+        let filter = |text: &str| text.parse::<PixelFilter>();
         assert_eq!(filter("gaussian:2"), Ok(PixelFilter::Gaussian { radius: 2.0 }));
         assert!(filter("box:2").is_err() && filter("lanczos").is_err() && filter("triangle:99").is_err());
     }

@@ -14,13 +14,6 @@ fn done(w: &Workspace, arguments: &str) {
     assert_eq!(outcome.code, 0, "{arguments}: {}", outcome.stderr);
 }
 
-fn refused(w: &Workspace, arguments: &str, code: i32, text: &str) {
-    let outcome = w.run(arguments);
-    assert_eq!(outcome.code, code, "{arguments}: {}", outcome.stderr);
-    assert_eq!(outcome.stderr.trim_end().lines().count(), 1, "{arguments}: {}", outcome.stderr);
-    assert!(outcome.stderr.contains(text), "{arguments}: {}", outcome.stderr);
-}
-
 fn signal(child: &Child, name: &str) {
     let status = Command::new("kill").args([name, &child.id().to_string()]).status().expect("started");
     assert!(status.success());
@@ -81,7 +74,7 @@ fn parts_of_a_picture_are_put_together() {
         done(&w, "merge right.vlc 0.vlc -o merged.vlc");
         // Photons fly for each part: there are more rays.
         assert!(w.bytes("merged.vlc") == w.bytes("whole.vlc") || scene == photons, "{scene}");
-        refused(&w, "merge 0.vlc 2.vlc -o x.exr", 3, "350 pixels");
+        w.refused("merge 0.vlc 2.vlc -o x.exr", 3, "350 pixels");
         assert!(!w.path("x.exr").exists());
     }
 }
@@ -103,7 +96,7 @@ fn an_open_shutter_is_part_of_a_picture() {
     done(&w, "merge a.vlc b.vlc -o merged.exr");
     assert!(w.bytes("merged.exr") == w.bytes("whole.exr"));
     for other in ["c", "d"] {
-        refused(&w, &format!("merge a.vlc {other}.vlc -o x.exr"), 3, "scene");
+        w.refused(&format!("merge a.vlc {other}.vlc -o x.exr"), 3, "scene");
     }
 }
 
@@ -113,7 +106,7 @@ fn what_does_not_belong_together_is_refused_by_name() {
     let small = "render demo:cornell -r 24x16 --spp 8 --device cpu";
     done(&w, &format!("{small} --passes 1-4 -o a.vlc"));
     done(&w, &format!("{small} --passes 3-8 -o b.vlc"));
-    refused(&w, "merge a.vlc b.vlc -o x.exr", 3, "passes 3-4");
+    w.refused("merge a.vlc b.vlc -o x.exr", 3, "passes 3-4");
     let others = [
         ("render demo:cornell -r 24x16 --spp 8 --device cpu --seed 1", "seed (0 and 1)"),
         ("render demo:cornell -r 25x16 --spp 8 --device cpu", "size (24 x 16 and 25 x 16)"),
@@ -130,25 +123,24 @@ fn what_does_not_belong_together_is_refused_by_name() {
     w.write("o.toml", "[materials.\"*\"]\nbase_color = [0.5, 0.5, 0.5]\n");
     for (other, text) in others {
         done(&w, &format!("{other} --passes 5-8 -o c.vlc"));
-        refused(&w, "merge a.vlc c.vlc -o x.exr", 3, text);
+        w.refused("merge a.vlc c.vlc -o x.exr", 3, text);
         let before = w.bytes("a.vlc");
-        refused(
-            &w,
+        w.refused(
             &format!("{other} --checkpoint a.vlc --resume -o x.exr"),
             3,
             text.split(" (").next().unwrap_or(text),
         );
         assert!(w.bytes("a.vlc") == before, "a refused checkpoint stays as it is");
     }
-    refused(&w, &format!("{small} --passes 2-8 --checkpoint a.vlc --resume -o x.exr"), 3, "passes 1-4");
+    w.refused(&format!("{small} --passes 2-8 --checkpoint a.vlc --resume -o x.exr"), 3, "passes 1-4");
     let mut damaged = w.bytes("a.vlc");
     let middle = damaged.len() / 2;
     damaged[middle] ^= 4;
     std::fs::write(w.path("damaged.vlc"), &damaged).expect("written");
-    refused(&w, "merge damaged.vlc -o x.exr", 3, "checksum");
-    refused(&w, &format!("{small} --checkpoint damaged.vlc --resume -o x.exr"), 3, "checksum");
+    w.refused("merge damaged.vlc -o x.exr", 3, "checksum");
+    w.refused(&format!("{small} --checkpoint damaged.vlc --resume -o x.exr"), 3, "checksum");
     std::fs::write(w.path("short.vlc"), &damaged[..middle]).expect("written");
-    refused(&w, "merge short.vlc -o x.exr", 3, "bytes and should have");
+    w.refused("merge short.vlc -o x.exr", 3, "bytes and should have");
     assert!(!w.path("x.exr").exists());
 }
 
@@ -169,7 +161,7 @@ fn mistakes_with_parts_are_one_line() {
         ("merge -o a.exr".into(), 2, "FILE.vlc"),
         ("diff a.png b.png -o a.vlc".into(), 2, "no sums"),
     ] {
-        refused(&w, &arguments, code, text);
+        w.refused(&arguments, code, text);
     }
     assert_eq!(w.files(), Vec::<String>::new());
 }
@@ -337,7 +329,7 @@ fn a_graphics_processor_goes_on_with_its_own_sums_alone() {
     let limited = w.run(&format!("{scene} --device gpu --time-limit 1ms --checkpoint c.vlc -o part.exr"));
     assert_eq!(limited.code, 0, "{}", limited.stderr);
     assert!(w.bytes("part.exr") != w.bytes("whole.exr"));
-    refused(&w, &format!("{scene} --device cpu --checkpoint c.vlc --resume -o x.exr"), 3, "device");
+    w.refused(&format!("{scene} --device cpu --checkpoint c.vlc --resume -o x.exr"), 3, "device");
     done(&w, &format!("{scene} --device gpu --checkpoint c.vlc --resume --stats s.json -o out.exr"));
     assert!(w.bytes("out.exr") == w.bytes("whole.exr"));
     assert!(w.json("s.json")["resumed_passes"].as_u64() > Some(0));

@@ -24,6 +24,7 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
         ("render demo:cornell -o a.png --accel nope", 2, "nope"),
         ("render demo:cornell -o a.png --crop 900,900,901,901 -r 8x8", 2, "--crop"),
         ("render demo:cornell -o a.png --tonemap sepia", 2, "filmic"),
+        ("render demo:cornell -o a.png --filter lanczos", 2, "known are box"),
         ("render demo:nothing -o a.png", 3, "there are"),
         ("render demo:cornell --time 2 -o a.png", 3, "nothing moves"),
         ("render demo:julia --time nan -o a.png", 2, "write a number"),
@@ -59,12 +60,7 @@ fn mistakes_are_one_line_and_have_their_exit_code() {
         ("bench trace demo:cornell --rays missing.rays", 3, "missing.rays"),
     ];
     for (arguments, code, text) in cases {
-        let outcome = w.run(arguments);
-        assert_eq!(outcome.code, *code, "{arguments}: {}", outcome.stderr);
-        assert_eq!(outcome.stderr.trim_end().lines().count(), 1, "{arguments}: {}", outcome.stderr);
-        assert!(outcome.stderr.starts_with("error: "), "{arguments}: {}", outcome.stderr);
-        assert!(outcome.stderr.contains(text), "{arguments}: {}", outcome.stderr);
-        assert_eq!(outcome.stdout, "", "{arguments}");
+        w.refused(arguments, *code, text);
     }
     assert_eq!(w.files(), Vec::<String>::new(), "nothing may be left behind");
 }
@@ -225,8 +221,27 @@ fn an_override_changes_the_picture_and_a_wrong_one_is_an_error() {
     w.run("render demo:cornell -o a.exr -r 16x16 --spp 4");
     assert_eq!(w.run("render demo:cornell -o b.exr -r 16x16 --spp 4 --override dark.toml").code, 0);
     assert_eq!(w.run("diff a.exr b.exr --tolerance 0.01").code, 1);
-    let wrong = w.run("render demo:cornell -o c.exr -r 16x16 --spp 4 --override wrong.toml");
-    assert!(wrong.code == 3 && wrong.stderr.contains("wrong.toml:2"), "{}", wrong.stderr);
+    w.refused("render demo:cornell -o c.exr -r 16x16 --spp 4 --override wrong.toml", 3, "wrong.toml:2");
+}
+
+#[test]
+fn the_last_of_several_overrides_has_the_last_word() {
+    let w = Workspace::new();
+    w.write("dark.toml", "[materials.\"*\"]\nbase_color = [0.01, 0.01, 0.01]\nroughness = 0.2\n");
+    w.write("light.toml", "[materials.\"*\"]\nbase_color = [0.7, 0.7, 0.7]\n");
+    w.write("both.toml", "[materials.\"*\"]\nbase_color = [0.7, 0.7, 0.7]\nroughness = 0.2\n");
+    let picture = |overrides: &[&str]| {
+        let flags: String = overrides.iter().map(|name| format!(" --override {name}.toml")).collect();
+        let outcome = w.run(&format!("render demo:cornell -o a.png -r 16x16 --spp 4{flags}"));
+        assert_eq!(outcome.code, 0, "{flags}: {}", outcome.stderr);
+        w.bytes("a.png")
+    };
+    assert!(
+        picture(&["dark", "light"]) == picture(&["both"]),
+        "the second has the last word, the first what it alone says"
+    );
+    assert!(picture(&["light", "dark"]) == picture(&["dark"]));
+    assert!(picture(&["light", "dark"]) != picture(&["dark", "light"]));
 }
 
 #[test]
@@ -412,9 +427,7 @@ fn a_full_disk_is_said_and_the_pack_goes_on_when_there_is_room() {
 #[test]
 fn a_pack_without_enough_memory_says_how_much_is_needed() {
     let work = Workspace::new();
-    let outcome = work.run("pack demo:cornell -o scene.vls --memory 16MiB");
-    assert_eq!((outcome.code, outcome.stderr.lines().count()), (4, 1), "{outcome:?}");
-    assert!(outcome.stderr.contains("needed"));
+    work.refused("pack demo:cornell -o scene.vls --memory 16MiB", 4, "needed");
     assert!(work.files().is_empty());
 }
 
@@ -544,9 +557,8 @@ fn a_cached_store_is_packed_anew_when_a_file_of_the_scene_changed() {
 fn pages_that_no_reader_takes_are_refused_before_work() {
     let work = Workspace::new();
     for flag in ["--page-bytes", "--tile-bytes"] {
-        let outcome = work.run(&format!("pack demo:cornell -o scene.vls {flag} 1MiB -q"));
-        assert_eq!((outcome.code, outcome.stderr.lines().count()), (2, 1), "{outcome:?}");
-        assert!(outcome.stderr.contains(flag) && work.files().is_empty(), "{outcome:?}");
+        work.refused(&format!("pack demo:cornell -o scene.vls {flag} 1MiB -q"), 2, flag);
+        assert!(work.files().is_empty(), "{flag}");
     }
 }
 
@@ -570,10 +582,10 @@ fn a_store_on_a_server_gives_the_picture_of_the_file() {
     let info = work.run(&format!("info {}?signature=abc", served.address())).stdout;
     assert!(info.contains("demo:statue") && !info.contains("signature"), "{info}");
     let missing = render(&format!("{}/none.vls?signature=abc", served.host()), "none.png");
-    assert_eq!((missing.code, missing.stderr.lines().count()), (3, 1), "{missing:?}");
-    assert!(missing.stderr.contains("none.vls") && !missing.stderr.contains("signature"), "{missing:?}");
+    missing.is_refusal(3, "none.vls");
+    assert!(!missing.stderr.contains("signature"), "{missing:?}");
     let other = render(&format!("{}/mesh.glb?signature=abc", served.host()), "none.png");
-    assert_eq!((other.code, other.stderr.lines().count()), (2, 1), "{other:?}");
-    assert!(other.stderr.contains("pack") && !other.stderr.contains("signature"), "{other:?}");
+    other.is_refusal(2, "pack");
+    assert!(!other.stderr.contains("signature"), "{other:?}");
     assert!(!work.files().contains(&"none.png".to_owned()));
 }

@@ -46,7 +46,7 @@ fn budgets(least: u64) -> Vec<u64> {
 
 /// A line of the command's own that says how much it needs, MiB.
 fn needed_mib(outcome: &Outcome) -> u64 {
-    assert_eq!((outcome.code, outcome.stderr.lines().count()), (4, 1), "{outcome:?}");
+    outcome.is_refusal(4, "MiB");
     let words: Vec<&str> = outcome.stderr.split_whitespace().collect();
     let at = words.iter().position(|word| *word == "MiB").expect("says how much");
     words[at - 1].parse::<f64>().expect("a number").ceil() as u64

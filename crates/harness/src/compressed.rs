@@ -6,8 +6,8 @@ use vastlight::import::decode::{
 };
 
 /// A Draco mesh.
-pub(crate) fn draco(bytes: &[u8]) {
-    let Ok(mesh) = decode_draco(bytes, &limits(), "mesh") else { return };
+pub(crate) fn draco(bytes: &[u8]) -> bool {
+    let Ok(mesh) = decode_draco(bytes, &limits(), "mesh") else { return false };
     assert!(mesh.triangles.iter().flatten().all(|&i| i < mesh.vertices));
     for attribute in &mesh.attributes {
         let size = match attribute.component_type {
@@ -19,11 +19,12 @@ pub(crate) fn draco(bytes: &[u8]) {
         let numbers = mesh.vertices as usize * usize::from(attribute.components);
         assert_eq!(attribute.bytes.len(), numbers * size);
     }
+    true
 }
 
 /// A meshopt stream: mode, filter, stride and a count of two bytes stand in front.
-pub(crate) fn meshopt(bytes: &[u8]) {
-    let Some((&[mode, filter, stride, low, high], stream)) = bytes.split_first_chunk() else { return };
+pub(crate) fn meshopt(bytes: &[u8]) -> bool {
+    let Some((&[mode, filter, stride, low, high], stream)) = bytes.split_first_chunk() else { return false };
     let mode = match mode % 3 {
         0 => MeshoptMode::Attributes,
         1 => MeshoptMode::Triangles,
@@ -37,7 +38,9 @@ pub(crate) fn meshopt(bytes: &[u8]) {
         _ => MeshoptFilter::Color,
     };
     let (count, stride) = (usize::from(u16::from_le_bytes([low, high])), usize::from(stride));
-    if let Ok(decoded) = decode_meshopt(stream, count, stride, mode, filter, &limits(), "view") {
+    let decoded = decode_meshopt(stream, count, stride, mode, filter, &limits(), "view");
+    decoded.is_ok_and(|decoded| {
         assert_eq!(decoded.len(), count * stride);
-    }
+        true
+    })
 }

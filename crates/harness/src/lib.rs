@@ -18,8 +18,10 @@ mod view;
 
 pub use scratch::limits;
 
-/// What is tried with bytes.
-pub type Harness = fn(&[u8]);
+use std::path::{Path, PathBuf};
+
+/// What is tried with bytes; whether a reader took them.
+pub type Harness = fn(&[u8]) -> bool;
 
 /// All harnesses by the names of their targets.
 pub const ALL: [(&str, Harness); 13] = [
@@ -42,4 +44,27 @@ pub const ALL: [(&str, Harness); 13] = [
 #[must_use]
 pub fn named(name: &str) -> Option<Harness> {
     ALL.iter().find(|(known, _)| *known == name).map(|&(_, harness)| harness)
+}
+
+/// The kept corpus of a target.
+///
+/// # Panics
+/// There is none.
+#[must_use]
+pub fn seeds(target: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds").join(target);
+    let entries = std::fs::read_dir(folder).expect("every target has seeds");
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.expect("an entry").path()).collect();
+    files.sort();
+    files
+}
+
+#[cfg(test)]
+mod tests {
+    /// A file of the kept corpus.
+    pub(crate) fn seed(target: &str, name: &str) -> Vec<u8> {
+        let files = super::seeds(target);
+        let file = files.iter().find(|path| path.ends_with(name)).expect("a seed of this name");
+        std::fs::read(file).expect("readable")
+    }
 }

@@ -16,8 +16,8 @@ fn scene() -> &'static (Scene, Tracer) {
 }
 
 /// Rays through a small scene.
-pub(crate) fn run(bytes: &[u8]) {
-    let Ok(rays) = parse_rays(bytes) else { return };
+pub(crate) fn run(bytes: &[u8]) -> bool {
+    let Ok(rays) = parse_rays(bytes) else { return false };
     assert_eq!(rays.len() * RAY_BYTES, bytes.len());
     let (scene, tracer) = scene();
     let (mut hits, mut occluded) = (vec![Hit::MISS; rays.len()], vec![false; rays.len()]);
@@ -34,4 +34,5 @@ pub(crate) fn run(bytes: &[u8]) {
             assert!((hit.prim as usize) < scene.meshes()[mesh].triangles.len());
         }
     }
+    true
 }

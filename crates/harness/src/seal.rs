@@ -53,11 +53,11 @@ pub(crate) fn sums(bytes: &[u8]) -> Option<Vec<u8>> {
     let crc = crc32fast::hash(bytes.get(16..SUMS_HEADER)?);
     write(&mut bytes, 12, &crc);
     let word = |place: usize| read::<u32>(&bytes, place).map(u64::from);
-    let (window, planes) = ([word(24)?, word(28)?, word(32)?, word(36)?], word(40)?);
+    let (window, kinds) = ([word(24)?, word(28)?, word(32)?, word(36)?], word(40)?);
     let [x0, y0, x1, y1] = window;
     let pixels = x1.checked_sub(x0)?.checked_mul(y1.checked_sub(y0)?)?;
     let blocks = (x1.div_ceil(16) - x0 / 16) * (y1.div_ceil(16) - y0 / 16);
-    let has = |bits: u64| planes & bits != 0;
+    let has = move |bits: u64| kinds & bits != 0;
     let per_pixel = [
         (true, 4),
         (true, 48),
@@ -74,16 +74,11 @@ pub(crate) fn sums(bytes: &[u8]) -> Option<Vec<u8>> {
     for length in sections.collect::<Vec<_>>() {
         start = seal_section(&mut bytes, start, length?)?;
     }
-    for _ in 0..(has_bit(&bytes, 5) + has_bit(&bytes, 6)) {
+    for _ in [5, 6].into_iter().filter(|bit| has(1 << bit)) {
         let length = mattes(&bytes, start, pixels)?;
         start = seal_section(&mut bytes, start, length)?;
     }
     Some(bytes)
-}
-
-/// 1 where a bit of the planes is set.
-fn has_bit(bytes: &[u8], bit: u32) -> u32 {
-    read::<u32>(bytes, 40).map_or(0, |planes| planes >> bit & 1)
 }
 
 /// Bytes of a section of mattes: by pixel a count, then as many pairs.
@@ -116,4 +111,75 @@ fn read<T: Pod + Zeroable>(bytes: &[u8], place: usize) -> Option<T> {
 
 fn write<T: Pod>(bytes: &mut [u8], place: usize, value: &T) {
     bytes[place..place + size_of::<T>()].copy_from_slice(bytes_of(value));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::seeds;
+
+    /// Whether a file is itself again when each of these words of it was another.
+    fn restores(bytes: &[u8], places: &[usize], seal: fn(&[u8]) -> Option<Vec<u8>>) {
+        for &place in places {
+            let mut damaged = bytes.to_vec();
+            damaged[place..place + 4].iter_mut().for_each(|byte| *byte ^= 0x5a);
+            assert!(seal(&damaged).is_some_and(|sealed| sealed == bytes), "the word at {place}");
+        }
+    }
+
+    /// Where the checksums of a store are: those of the header, of all sections, and of all pages.
+    fn checksums_of_store(bytes: &[u8]) -> (Vec<usize>, usize) {
+        let header: Header = read(bytes, 0).expect("a header");
+        let mut places = vec![16, 32, 36];
+        let mut pages = 0;
+        for row in 0..header.sections as usize {
+            let place = header.sections_at as usize + row * size_of::<SectionRow>();
+            let section: SectionRow = read(bytes, place).expect("a row");
+            places.push(place + 4);
+            if [Section::Geometry, Section::Attributes, Section::Tiles]
+                .map(|kind| kind as u32)
+                .contains(&section.kind)
+            {
+                let rows = section.bytes as usize / size_of::<EntryRow>();
+                places
+                    .extend((0..rows).map(|row| section.offset as usize + row * size_of::<EntryRow>() + 12));
+                pages += rows;
+            }
+        }
+        (places, pages)
+    }
+
+    #[test]
+    fn damaged_checksums_of_stores_are_made_right() {
+        let mut all_pages = 0;
+        for bytes in seeds("store").iter().map(|path| std::fs::read(path).expect("readable")) {
+            let (places, pages) = checksums_of_store(&bytes);
+            restores(&bytes, &places, store);
+            all_pages += pages;
+        }
+        assert!(all_pages > 0, "no seed has pages");
+    }
+
+    #[test]
+    fn damaged_checksums_of_sums_are_made_right() {
+        let mut with_mattes = 0;
+        for bytes in seeds("sums").iter().map(|path| std::fs::read(path).expect("readable")) {
+            let recipe = read::<u32>(&bytes, 44).expect("a header") as usize;
+            restores(&bytes, &[12, SUMS_HEADER + recipe, bytes.len() - 4], sums);
+            with_mattes += u32::from(bytes[40] >> 5 > 0);
+        }
+        assert!(with_mattes > 0, "no seed has mattes");
+    }
+
+    /// Negative control: what is no checksum is not made up.
+    #[test]
+    fn damaged_contents_stay_damaged() {
+        for (folder, place, seal) in [("store", 4096, store as fn(&[u8]) -> _), ("sums", SUMS_HEADER, sums)] {
+            let bytes = std::fs::read(&seeds(folder)[0]).expect("readable");
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 0x5a;
+            let sealed = seal(&damaged).expect("has a header");
+            assert!(sealed[place] == damaged[place] && sealed != damaged);
+        }
+    }
 }

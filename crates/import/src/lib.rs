@@ -34,7 +34,7 @@ pub use texels::decode_image;
 use single::single_mesh_scene;
 use std::path::{Path, PathBuf};
 use texels::Deferral;
-use vastlight_scene::{LargeMesh, SceneDesc, SceneStream};
+use vastlight_scene::{LargeMesh, SceneDesc, SceneError, SceneStream};
 
 /// How a scene file is read.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,6 +92,21 @@ pub struct Streamed {
     pub large: Vec<LargeMesh>,
     /// Files that the scene's file names: buffers, material libraries, images.
     pub files: Vec<PathBuf>,
+}
+
+impl Streamed {
+    /// The whole scene. Instances stand in the order of their meshes, those of `large` behind the others.
+    ///
+    /// # Errors
+    /// The first error of the pieces.
+    pub fn collect(self) -> Result<SceneDesc, SceneError> {
+        let mut desc = self.stream.collect()?;
+        for large in self.large {
+            let instances = large.instances.clone();
+            desc.push_placed(large.collect()?, &instances);
+        }
+        Ok(desc)
+    }
 }
 
 /// A scene that comes from no file.

@@ -107,15 +107,22 @@ impl SceneStream {
         for piece in self.pieces {
             let Piece { mesh, instances, diagnostics } = piece?;
             diagnostics.into_iter().for_each(|item| desc.diagnostics.push(item));
-            let number = desc.meshes.len() as u32;
-            desc.meshes.push(mesh);
-            desc.instances.extend(instances.iter().map(|i| Instance {
-                world_from_object: i.world_from_object,
-                mesh: number,
-                name: i.name,
-            }));
+            desc.push_placed(mesh, &instances);
         }
         Ok(desc)
+    }
+}
+
+impl SceneDesc {
+    /// Adds a mesh with all its placements.
+    pub fn push_placed(&mut self, mesh: Mesh, instances: &[PieceInstance]) {
+        let number = self.meshes.len() as u32;
+        self.meshes.push(mesh);
+        self.instances.extend(instances.iter().map(|i| Instance {
+            world_from_object: i.world_from_object,
+            mesh: number,
+            name: i.name,
+        }));
     }
 }
 

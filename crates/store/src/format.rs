@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 /// What a store starts with.
 pub const MAGIC: [u8; 8] = *b"vastlite";
 /// The version of the format that this code reads and writes.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 /// Bytes before the first page.
 pub const HEADER_BYTES: u64 = 4096;
 /// Pages start at multiples of this.

@@ -102,7 +102,7 @@ const RENDERED_INSTANCE_BYTES: u64 = 160;
 ///
 /// # Errors
 /// If it does not fit into `memory` bytes (none for the default budget), or cannot be read.
-pub fn check_fits(source: &str, options: &LoadOptions, memory: Option<u64>) -> Result<(), Error> {
+pub(crate) fn check_fits(source: &str, options: &LoadOptions, memory: Option<u64>) -> Result<(), Error> {
     let FileSize { triangles, instances, image_bytes, .. } = file_size(source, options)?;
     let meshes = triangles.saturating_mul(RENDERED_BYTES);
     let placements = instances.saturating_mul(RENDERED_INSTANCE_BYTES);

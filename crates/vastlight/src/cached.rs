@@ -1,10 +1,10 @@
 //! Scenes that do not fit into memory, packed once to a folder.
 
+use crate::budget::check_fits;
 use crate::load::{keeps_motion, request_of};
 use crate::pack::identity;
 use crate::{
-    Error, ErrorClass, LoadOptions, OpenScene, PackControl, check_fits, is_store, open, pack_input,
-    pack_within,
+    Error, ErrorClass, LoadOptions, OpenScene, PackControl, is_store, open, pack_input, pack_within,
 };
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

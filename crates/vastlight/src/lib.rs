@@ -52,7 +52,6 @@ mod sums;
 mod textures;
 
 pub use blurred::{ShutterFigures, measure_shutter};
-pub use budget::check_fits;
 pub use cached::{CachedStore, cached_store, open_within};
 pub use camera::CameraChoice;
 pub use check::check_request;

@@ -12,7 +12,7 @@ use vastlight_import::{FileSize, LoadOptions as ImportOptions, Streamed};
 use vastlight_math::Affine3;
 use vastlight_paging::{is_address, shown};
 use vastlight_scene::generate::{self, DemoSize, GenerateOptions};
-use vastlight_scene::{Instance, Scene, SceneDesc, SceneStream};
+use vastlight_scene::{Scene, SceneDesc, SceneStream};
 use vastlight_store::SourceFile;
 
 /// How a scene is opened.
@@ -338,16 +338,5 @@ pub fn describe(source: &str, options: &LoadOptions) -> Result<SceneDesc, Error>
     if !is_manifest(source) {
         return Ok(vastlight_import::load(Path::new(source), &options.import)?);
     }
-    let Streamed { stream, large, .. } = streamed(&placed(&[source.to_owned()])?, options)?;
-    let mut desc = stream.collect()?;
-    for large in large {
-        let (mesh, instances) = (desc.meshes.len() as u32, large.instances.clone());
-        desc.meshes.push(large.collect()?);
-        desc.instances.extend(instances.iter().map(|i| Instance {
-            world_from_object: i.world_from_object,
-            mesh,
-            name: i.name,
-        }));
-    }
-    Ok(desc)
+    Ok(streamed(&placed(&[source.to_owned()])?, options)?.collect()?)
 }

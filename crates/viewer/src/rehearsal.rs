@@ -1,7 +1,7 @@
 //! Messages without a socket and without a scene, for tests with bytes that nobody trusts.
 
 use crate::command::{Message, parse};
-use crate::hub::{Hub, Work};
+use crate::hub::Hub;
 use crate::share;
 use crate::view::View;
 use tokio::sync::mpsc;
@@ -23,7 +23,7 @@ pub fn rehearse<'m>(messages: impl IntoIterator<Item = &'m [u8]>) -> Result<Vec<
             Err(what) => refused.push(what),
         }
     }
-    let view = hub.turn(Work::Owed).view;
+    let view = hub.view();
     share::of_view(&view, "scene.glb", &[]);
     view.edits.overrides()?;
     Ok(refused)

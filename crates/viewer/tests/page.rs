@@ -215,9 +215,9 @@ fn at(sorted: &[f64], part: f64) -> f64 {
 }
 
 /// A page without a scene that opens one itself; that of `VASTLIGHT_VIEW_SCENE` within `VASTLIGHT_VIEW_MEMORY` bytes, if they are there.
-fn opening(default: &str, size: [u32; 2]) -> Option<(Server, Browser, String)> {
+fn opening(size: [u32; 2]) -> Option<(Server, Browser, String)> {
     let mut browser = browser::start()?;
-    let source = std::env::var("VASTLIGHT_VIEW_SCENE").unwrap_or_else(|_| default.into());
+    let source = std::env::var("VASTLIGHT_VIEW_SCENE").unwrap_or_else(|_| "demo:cornell".into());
     let path = Path::new(&source);
     let folder = (!source.starts_with("demo:")).then(|| path.parent().expect("a folder").to_owned());
     let name =
@@ -236,7 +236,7 @@ fn opening(default: &str, size: [u32; 2]) -> Option<(Server, Browser, String)> {
 fn pictures_follow_a_drag() {
     let soak = std::env::var_os("VASTLIGHT_SOAK").is_some();
     let (size, steps) = if soak { ([1280, 768], 300) } else { ([480, 360], 40) };
-    let Some((_server, mut browser, scene)) = opening("demo:cornell", size) else { return };
+    let Some((_server, mut browser, scene)) = opening(size) else { return };
     let first =
         browser.eval("vastlight.measured.first - vastlight.measured.opened").as_f64().expect("a time");
     assert!(first > 0.0);

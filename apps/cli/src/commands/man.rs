@@ -3,7 +3,7 @@
 use crate::arguments::Cli;
 use crate::exit::Exit;
 use crate::output::print;
-use clap::{Args, Command, CommandFactory};
+use clap::{Args, Command};
 use clap_mangen::Man;
 use std::path::PathBuf;
 use vastlight::{Error, ErrorClass, film};
@@ -19,8 +19,7 @@ pub(crate) struct ManPages {
 }
 
 pub(crate) fn run(arguments: &ManPages) -> Result<Exit, Error> {
-    let mut root = Cli::command().disable_help_subcommand(true);
-    root.build();
+    let root = Cli::described();
     let Some(folder) = &arguments.output else {
         print(&page(&root)?.1)?;
         return Ok(Exit::Done);

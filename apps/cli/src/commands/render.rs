@@ -20,9 +20,9 @@ use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::{PhotonSettings, SearchKind};
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Control, Denoising, Ending, Error, ErrorClass, Exposure, OpenScene, PackControl,
-    PackProgress, RenderRequest, Rendered, Session, Snapshot, Stats, check_request, human_bytes, open_within,
-    photon_settings,
+    CameraChoice, Control, Denoising, Ending, Error, ErrorClass, Exposure, LoadOptions, OpenScene,
+    PackControl, PackProgress, RenderRequest, Rendered, Session, Snapshot, Stats, check_request, human_bytes,
+    open_within, photon_settings,
 };
 
 /// The arguments of `render`.
@@ -93,7 +93,7 @@ pub(crate) struct PictureArguments {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = values::crop)]
     crop: Option<Tile>,
     /// Pixel filter: box, triangle, gaussian, blackman-harris; a radius may follow, such as gaussian:2
-    #[arg(long, value_name = "NAME", value_parser = values::filter)]
+    #[arg(long, value_name = "NAME")]
     filter: Option<PixelFilter>,
     /// Camera by name, or by number from 0 [default: the first]
     #[arg(long, value_name = "NAME")]
@@ -230,6 +230,7 @@ impl Render {
     /// Opens the scene, or its store in the folder of those that do not fit.
     fn open(
         &self,
+        options: &LoadOptions,
         common: &Common,
         cancel: &AtomicBool,
         reporter: &Reporter,
@@ -237,7 +238,7 @@ impl Render {
     ) -> Result<OpenScene, Error> {
         let progress = |p: &PackProgress| reporter.update_pack(p, start.elapsed());
         let control = PackControl { memory: common.memory, cancel, progress: &progress };
-        open_within(self.scene.name(), &self.scene.options(common)?, self.cache_dir.as_deref(), control)
+        open_within(self.scene.name(), options, self.cache_dir.as_deref(), control)
     }
 }
 
@@ -269,12 +270,12 @@ pub(crate) fn run(arguments: &Render, common: &Common, start: Instant) -> Result
     let cancel = interrupt::flag()?;
     let snapshot = interrupt::snapshot_flag()?;
 
-    let open = arguments.open(common, cancel, &reporter, start)?;
+    let options = arguments.scene.options(common)?;
+    let open = arguments.open(&options, common, cancel, &reporter, start)?;
     show_findings(&open.scene, common, &reporter);
     warn_of_changes(&open, common, &reporter);
     let load_ms = millis(start.elapsed());
     common.say(|| format!("loaded {} in {load_ms:.0} ms", arguments.scene.shown()));
-    let options = arguments.scene.options(common)?;
     let mut session = Session::new(open, arguments.scene.name(), &options);
     let job = Job { arguments, common, png, denoising, reporter, cancel, snapshot: &snapshot };
     match arguments.frames {

@@ -27,6 +27,14 @@ impl Outcome {
             stderr: text(output.stderr),
         }
     }
+
+    /// It is one line of an error with that exit code, which says `text`.
+    #[track_caller]
+    pub(crate) fn is_refusal(&self, code: i32, text: &str) {
+        let is_line = self.stderr.starts_with("error: ") && self.stderr.lines().count() == 1;
+        assert!(self.code == code && is_line && self.stderr.contains(text), "{code}, {text}: {self:?}");
+        assert_eq!(self.stdout, "", "{self:?}");
+    }
 }
 
 impl Workspace {
@@ -43,6 +51,15 @@ impl Workspace {
     /// Runs to the end.
     pub(crate) fn run(&self, arguments: &str) -> Outcome {
         Outcome::of(&mut self.command(arguments))
+    }
+
+    /// Runs to the end, which must be one line of an error with that exit code; the line.
+    #[track_caller]
+    pub(crate) fn refused(&self, arguments: &str, code: i32, text: &str) -> String {
+        println!("{arguments}");
+        let outcome = self.run(arguments);
+        outcome.is_refusal(code, text);
+        outcome.stderr
     }
 
     /// Runs to the end with a variable in the environment.

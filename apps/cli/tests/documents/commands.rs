@@ -251,6 +251,15 @@ $ frobnicate
 
     vastlight info demo:cornell
 
+Or:
+
+    rustup update
+    cargo build
+
+```rust
+ssh farm vastlight info demo:cornell
+```
+
 ```sh
 # Right:
 vastlight info demo:cornell --json > info.json && test -s info.json
@@ -263,10 +272,10 @@ vastlight info demo:cornell --json > info.json && test -s info.json
         ("page.md:3", "vastlight render demo:cornell --integrater path -o a.png"),
         ("page.md:5", "vastlight diff a.exr b.exr"),
         ("page.md:7", "frobnicate"),
-        ("page.md:14", "vastlight info demo:cornell --json > info.json && test -s info.json"),
+        ("page.md:23", "vastlight info demo:cornell --json > info.json && test -s info.json"),
     ];
     assert_eq!(lines, expected.map(|(place, text)| (place.to_owned(), text.to_owned())));
-    assert_eq!(hidden(&page), ["page.md:10"]);
+    assert_eq!(hidden(&page), ["page.md:10", "page.md:14", "page.md:18"]);
     let report = run(&page, &Folder::new(), false);
     assert_eq!((report.run, report.faults.len()), (3, 3), "{:?}", report.faults);
     for (fault, part) in report.faults.iter().zip(["--integrater", "a.exr", "excluded.rs"]) {
@@ -285,7 +294,9 @@ fn what_is_left_out_is_still_there() {
 /// Where commands stand in a block that is not of the shell.
 fn hidden(page: &Document) -> Vec<String> {
     let is_other = |block: &Block| block.language != "text" && !SHELL.contains(&block.language.as_str());
-    let starts = |line: &str| PROMPTS.iter().any(|prompt| line.trim().starts_with(prompt));
+    let excluded = EXCLUDED.iter().map(|(start, _)| *start);
+    let known: Vec<&str> = PROMPTS.into_iter().chain(["cargo ", "rustup "]).chain(excluded).collect();
+    let starts = |line: &str| known.iter().any(|start| line.trim().starts_with(start));
     let hidden = page.blocks().into_iter().filter(|block| is_other(block) && block.text.lines().any(starts));
     hidden.map(|block| page.place(block.line)).collect()
 }

@@ -6,6 +6,7 @@ pub(crate) const EXCLUDED: &[(&str, &str)] = &[
     ("cargo xtask ", "runs the tests, or needs tools that may be absent"),
     ("VASTLIGHT_SOAK=1 ", "takes minutes, and needs a browser"),
     ("git clone ", "needs the network"),
+    ("rustup ", "needs the network"),
     ("podman ", "needs a container engine"),
     ("ssh ", "needs another machine"),
     ("sbatch ", "needs a cluster"),

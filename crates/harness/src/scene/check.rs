@@ -62,13 +62,13 @@ pub(crate) fn image(image: &Image) {
     assert_eq!(numbers, texels * usize::from(image.channels), "{}", image.name);
 }
 
-/// A scene that moves does so at any moment.
+/// A scene that moves does so at any moment; it is left within its movement.
 pub(crate) fn moments(found: &mut Scene) {
     let Some(motion) = found.motion().cloned() else { return };
     if !is_small(found) {
         return;
     }
-    for time in [0.0, 0.37, 1e9, -1.0] {
+    for time in [0.0, 1e9, -1.0, 0.37] {
         let Ok(pose) = motion.pose(time) else { continue };
         if found.pose(pose).is_ok() {
             scene(found);

@@ -12,11 +12,12 @@ use crate::{files, inventory};
 use rounds::{Leave, Rounds};
 use serde_json::{Value, json};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use vastlight::scene::Scene;
 use vastlight::transport::RenderSettings;
 use vastlight::{
-    CameraChoice, Error, LoadOptions, MemoryEstimate, OpenScene, RenderRequest, Session, check_fits,
-    default_budget_bytes, is_store, open,
+    CameraChoice, Error, LoadOptions, MemoryEstimate, OpenScene, PackControl, RenderRequest, Session,
+    default_budget_bytes, open_within,
 };
 
 /// What the thread has between scenes.
@@ -76,10 +77,9 @@ impl Stage {
     /// Opens a scene within the budget.
     fn open(&self, name: &str) -> Result<(Session, LoadOptions), Error> {
         let (source, options) = self.viewer.source_of(name)?;
-        if !is_store(&source) {
-            check_fits(&source, &options, self.viewer.memory)?;
-        }
-        let scene = open(&source, &options)?;
+        let never = AtomicBool::new(false);
+        let control = PackControl { memory: self.viewer.memory, cancel: &never, progress: &|_| {} };
+        let scene = open_within(&source, &options, None, control)?;
         self.check_memory(&scene)?;
         Ok((Session::new(scene, &source, &options), options))
     }

@@ -14,6 +14,7 @@ use vastlight::{ClusterFigures, ClusterMoment, ClusterRequest, Error, measure_cl
 
 /// Build trees over precomputed clusters of meshes that deform, beside trees over all triangles
 #[derive(Args, Debug)]
+#[command(mut_arg("frames", |frames| frames.default_value("0-71x12")))]
 pub(crate) struct Clusters {
     #[command(flatten)]
     sequence: Sequence,
@@ -78,4 +79,23 @@ fn line(arguments: &Clusters, figures: &ClusterFigures) -> serde_json::Value {
         "same_hits": figures.same_hits,
         "threads": rayon::current_num_threads(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        clusters: Clusters,
+    }
+
+    #[test]
+    fn few_frames_are_built_unless_asked_for() {
+        let times = |line: &[&str]| Line::parse_from(line).clusters.sequence.times();
+        assert_eq!(times(&["clusters", "demo:cloth"]), [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]);
+        assert_eq!(times(&["clusters", "demo:cloth", "-f", "24"]), [1.0]);
+    }
 }

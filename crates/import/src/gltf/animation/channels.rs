@@ -26,6 +26,12 @@ impl Tracks {
         self.translation.is_some() || self.rotation.is_some() || self.scale.is_some()
     }
 
+    /// The numbers of all its keys.
+    pub(super) fn numbers_mut(&mut self) -> impl Iterator<Item = &mut usize> {
+        let Self { translation, rotation, scale, weights } = self;
+        [translation, rotation, scale, weights].into_iter().flatten()
+    }
+
     /// Whether its keys are among so many.
     pub(super) fn are_sound(&self, keys: usize) -> bool {
         let Self { translation, rotation, scale, weights } = *self;
@@ -37,7 +43,7 @@ impl Tracks {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Channels {
     pub(super) of_node: BTreeMap<usize, Tracks>,
-    /// Those of all samplers that can be read.
+    /// Those of all samplers that channels name and that can be read.
     pub(super) keys: Vec<Keys>,
     /// The last time of all keys, seconds.
     pub(super) duration: f32,

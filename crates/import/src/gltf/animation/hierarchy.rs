@@ -52,7 +52,11 @@ impl Hierarchy {
             let json = &root.list("nodes")[*node];
             let still = || Parent::Still(parent.map_or(DAffine3::IDENTITY, |p| placed[p].world_from_node));
             let local = match tracks {
-                Some(tracks) => Local::Moving { at_rest: Parts::read(json), tracks: tracks.clone() },
+                Some(tracks) => {
+                    // Weights are a mesh's.
+                    let tracks = Tracks { weights: None, ..tracks.clone() };
+                    Local::Moving { at_rest: Parts::read(json), tracks }
+                }
                 None => Local::Still(node::local_transform(json)),
             };
             hierarchy.numbers.insert(*node, hierarchy.nodes.len());
@@ -66,6 +70,15 @@ impl Hierarchy {
     /// The number of a node of the document among those that move.
     pub(super) fn number(&self, node: usize) -> Option<usize> {
         self.numbers.get(&node).copied()
+    }
+
+    /// The numbers of the keys that nodes follow.
+    pub(super) fn numbers_of_keys(&mut self) -> impl Iterator<Item = &mut usize> {
+        let tracks = self.nodes.iter_mut().filter_map(|node| match &mut node.local {
+            Local::Moving { tracks, .. } => Some(tracks),
+            Local::Still(_) => None,
+        });
+        tracks.flat_map(Tracks::numbers_mut)
     }
 
     /// How many nodes move.

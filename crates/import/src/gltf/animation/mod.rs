@@ -35,7 +35,7 @@ use vastlight_scene::{Camera, MeshPose, Motion, MotionRecord, Pose, SceneDesc, S
 pub(super) struct Movement {
     duration: f32,
     hierarchy: Hierarchy,
-    /// Those of all samplers: others have their numbers.
+    /// Those of all samplers in use: others have their numbers.
     keys: Vec<Keys>,
     /// By node of the document, the keys of its morph weights.
     #[serde(skip)]
@@ -155,8 +155,23 @@ impl Movement {
         for (camera, _, at_rest) in &mut self.cameras {
             *at_rest = desc.cameras.get(*camera as usize).cloned();
         }
+        self.forget_unused_keys();
         let counts = [self.instances.len(), self.cameras.len(), self.lights.len(), self.meshes.len()];
         (counts != [0; 4]).then(|| Arc::new(self) as Arc<dyn Motion>)
+    }
+
+    /// Leaves out keys that nothing of the scene follows, such as those of nodes of the file's other scenes.
+    fn forget_unused_keys(&mut self) {
+        let mut all: Vec<Option<Keys>> = std::mem::take(&mut self.keys).into_iter().map(Some).collect();
+        let mut renumbered = BTreeMap::new();
+        let of_meshes = self.meshes.iter_mut().filter_map(|mesh| mesh.keys.as_mut());
+        for number in self.hierarchy.numbers_of_keys().chain(of_meshes) {
+            if let Some(keys) = all.get_mut(*number).and_then(Option::take) {
+                renumbered.insert(*number, self.keys.len());
+                self.keys.push(keys);
+            }
+            *number = renumbered.get(number).copied().unwrap_or(*number);
+        }
     }
 }
 

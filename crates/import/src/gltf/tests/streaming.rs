@@ -117,6 +117,39 @@ fn keys_that_many_nodes_share_are_recorded_once() {
 }
 
 #[test]
+fn keys_that_nothing_follows_are_not_recorded() {
+    let record_of = |used: usize, unused: bool| {
+        let mut file = Builder::triangle();
+        let other = file.node(json!({"mesh": 0}));
+        file.json["scenes"] = json!([{"nodes": [0]}, {"nodes": [other]}]);
+        let mut moved = |node: usize, path: &str, width: usize, times: usize| {
+            let times: Vec<f32> = (0..times).map(|i| i as f32).collect();
+            let values = match width {
+                3 => file.floats(&vec![[used as f32; 3]; times.len()], "VEC3"),
+                _ => file.floats(&vec![[0.0, 0.0, 0.0, 1.0]; times.len()], "VEC4"),
+            };
+            file.channel(node, path, "LINEAR", &times, values);
+        };
+        if unused {
+            // Of a node of another scene, and of no property.
+            moved(other, "translation", 3, 1000);
+            moved(0, "colour", 3, 1000);
+        }
+        moved(0, "rotation", 4, 1000);
+        moved(0, "translation", 3, 1000);
+        let desc = file.load_clean();
+        let motion = desc.motion.clone().expect("moves");
+        let record = motion.record().expect("can be kept");
+        let again = gltf::motion(&record, &desc).expect("sound").expect("a document's");
+        let poses = [motion.pose(0.5), again.pose(0.5)].map(|pose| pose.expect("a moment").instances);
+        assert_eq!(poses[0], poses[1]);
+        assert_eq!(poses[0][0].1.translation.x, used as f32);
+        record.bytes.len()
+    };
+    assert_eq!(record_of(3, true), record_of(3, false));
+}
+
+#[test]
 fn instances_that_are_sorted_by_mesh_move_as_before() {
     // Nodes of all meshes stand among each other; two of them move.
     let mut file = many_meshes(100);
