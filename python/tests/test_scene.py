@@ -125,6 +125,11 @@ def test_materials_are_changed_by_attributes(cornell: vl.Scene) -> None:
     for key, value in [("roughnes", 1), ("roughness", "rough"), ("metal", "cheese")]:
         with pytest.raises(vl.SceneError, match=key if key == "roughnes" else "invalid|cheese"):
             setattr(material, key, value)
+    for key, number in [("roughness", -3), ("emission", [-1, 0, 0]), ("ior", -5)]:
+        with pytest.raises(vl.SceneError, match=f"{key} must be"):
+            setattr(material, key, number)
+    with pytest.raises(vl.SceneError, match="strength must be"):
+        cornell.environment.strength = -1
     assert np.array_equal(changed, colors(cornell))
     with pytest.raises(KeyError):
         cornell.materials["nothing of the kind"]

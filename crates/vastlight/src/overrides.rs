@@ -141,9 +141,14 @@ impl Overrides {
             let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
             Error::scene(e.message().replace('\n', "; "), format!("{place}:{line}"), "")
         })?;
-        match parsed.wrong() {
+        parsed.checked(place)
+    }
+
+    /// The same with its place, if its numbers mean something.
+    fn checked(self, place: &str) -> Result<Self, Error> {
+        match self.wrong() {
             Some(what) => Err(Error::scene(what, place, "see docs/overrides.md")),
-            None => Ok(Self { place: place.to_owned(), ..parsed }),
+            None => Ok(Self { place: place.to_owned(), ..self }),
         }
     }
 
@@ -160,7 +165,7 @@ impl Overrides {
     /// Reads the same as JSON; files are looked for in `folder`, and `place` names the text in messages.
     ///
     /// # Errors
-    /// If it is no JSON, or has keys that mean nothing.
+    /// If it is no JSON, or has keys or numbers that mean nothing.
     pub fn parse_json(text: &str, folder: &Path, place: &str) -> Result<Self, Error> {
         let parsed: Self = serde_json::from_str(text).map_err(|e| {
             let what = e.to_string();
@@ -168,7 +173,7 @@ impl Overrides {
             let what = what.split(" at line ").next().unwrap_or_default();
             Error::scene(what, place, "")
         })?;
-        Ok(Self { place: place.to_owned(), folder: folder.to_owned(), ..parsed })
+        Self { folder: folder.to_owned(), ..parsed }.checked(place)
     }
 
     /// Files that the changes name.
@@ -442,6 +447,14 @@ mod tests {
             let wrong = Overrides::parse(&format!("[{table}]\n{text}"), "o.toml").expect_err("refused");
             let key = text.split(' ').next().expect("a key");
             assert!(wrong.what.starts_with(&format!("{table}: {key} must be ")), "{}", wrong.what);
+            let (_, value) = text.split_once(" = ").expect("a value");
+            if value.contains(|c: char| c.is_ascii_alphabetic()) {
+                continue; // JSON has no such numbers.
+            }
+            let entry = format!("{{\"{key}\": {value}}}");
+            let json = table.rsplit('.').fold(entry, |inner, name| format!("{{\"{name}\": {inner}}}"));
+            let same = Overrides::parse_json(&json, "".as_ref(), "o.toml").expect_err("refused");
+            assert_eq!(same, wrong);
         }
         let limits =
             "roughness = 0\nmetallic = 1\nior = 0\nattenuation_distance = inf\nbase_color = [2, 0, 0]";
