@@ -1,5 +1,7 @@
 """Rays as arrays: how much of the sky each point of a mesh sees."""
 
+import os
+
 import numpy as np
 
 import vastlight as vl
@@ -23,7 +25,8 @@ scene = vl.Scene()
 scene.add_mesh("torus", vertices=vertices, faces=faces)
 
 # A grid of rays from above.
-x, y = np.meshgrid(np.linspace(-3, 3, 256), np.linspace(-3, 3, 256))
+width, height = map(int, os.environ.get("VASTLIGHT_EXAMPLE_SIZE", "256x256").split("x"))
+x, y = np.meshgrid(np.linspace(-3, 3, width), np.linspace(-3, 3, height))
 origins = np.stack([x, y, np.full_like(x, 5.0)], axis=-1).reshape(-1, 3)
 hits = scene.trace(origins, (0.0, 0.0, -1.0))
 
@@ -37,5 +40,5 @@ sky = 1.0 - occluded.reshape(64, -1).mean(axis=0)
 
 openness = np.zeros(len(origins), dtype=np.float32)
 openness[seen] = sky
-np.save("openness.npy", openness.reshape(256, 256))
+np.save("openness.npy", openness.reshape(height, width))
 print(f"{seen.sum()} of {len(origins)} rays hit; they see {100 * sky.mean():.1f} % of the sky")

@@ -1,8 +1,8 @@
 //! What is in a scene, and changes of it.
 
 use crate::arrays::{array2, map_of, matrix_of, points, rows};
-use crate::errors::usage;
-use crate::scene::{Scene, changes_of};
+use crate::errors::{OrRaise, usage};
+use crate::scene::{Scene, State, changes_of};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -10,7 +10,7 @@ use serde_json::json;
 use std::collections::BTreeSet;
 use vastlight::math::{Vec2, Vec3};
 use vastlight::scene::{Camera, Light, LightKind, Material, Mesh, Projection};
-use vastlight::{Addition, Error, SceneCounts};
+use vastlight::{Addition, Error, SceneCounts, Table};
 
 /// A value as JSON.
 fn json_of(value: &impl Serialize) -> String {
@@ -33,11 +33,18 @@ struct MeshArrays<'py> {
     uvs: Option<PyReadonlyArray2<'py, f32>>,
     transform: PyReadonlyArray2<'py, f64>,
     material: Option<String>,
+    /// The looks of that material, if it is a new one, in JSON.
+    looks: Option<String>,
 }
 
 impl MeshArrays<'_> {
-    fn addition(self) -> PyResult<Addition> {
+    /// The mesh, after its material if that is a new one.
+    fn additions(self) -> PyResult<Vec<Addition>> {
+        let py = self.vertices.py();
         let normals = self.normals.as_ref().map(|normals| points(normals, "normals")).transpose()?;
+        if !normals.iter().flatten().all(|normal| normal.is_finite()) {
+            return Err(usage(py, "a normal is not finite", "normals", ""));
+        }
         let unit = |normals: Vec<Vec3>| normals.into_iter().map(|n| n.normalize_or(Vec3::Y)).collect();
         let uvs = self.uvs.as_ref().map(|uvs| rows::<f32, 2>(uvs, "uvs")).transpose()?;
         let uvs = uvs.map(|uvs| uvs.iter().copied().map(Vec2::from_array).collect());
@@ -50,7 +57,27 @@ impl MeshArrays<'_> {
             ..Mesh::default()
         };
         let world_from_object = map_of(&self.transform)?;
-        Ok(Addition::Mesh { mesh: Box::new(mesh), material: self.material, world_from_object })
+        let dressed = self.material.as_ref().zip(self.looks);
+        let material =
+            dressed.map(|(name, looks)| dressed_material(name, &looks)).transpose().or_raise(py)?;
+        let mesh = Addition::Mesh { mesh: Box::new(mesh), material: self.material, world_from_object };
+        Ok(material.into_iter().chain([mesh]).collect())
+    }
+}
+
+/// A new material with the looks that are given to its name, in JSON.
+fn dressed_material(name: &str, looks: &str) -> Result<Addition, Error> {
+    let mut material = Material::new(name);
+    changes_of(looks)?.dress(&mut material);
+    Ok(Addition::Material(Box::new(material)))
+}
+
+/// A table by its name.
+fn table_of(kind: &str) -> Table {
+    match kind {
+        "materials" => Table::Materials,
+        "lights" => Table::Lights,
+        _ => Table::Cameras,
     }
 }
 
@@ -132,12 +159,12 @@ impl Scene {
 
     /// Puts a mesh into the scene.
     fn add_mesh(&self, py: Python<'_>, mesh: MeshArrays<'_>) -> PyResult<()> {
-        self.put(py, mesh.addition()?)
+        self.put(py, mesh.additions()?)
     }
 
-    /// Puts a plain material into the scene.
-    fn add_material(&self, py: Python<'_>, name: &str) -> PyResult<()> {
-        self.put(py, Addition::Material(Box::new(Material::new(name))))
+    /// Puts a material into the scene, with the looks that are given to its name, in JSON.
+    fn add_material(&self, py: Python<'_>, name: &str, looks: &str) -> PyResult<()> {
+        self.put(py, vec![dressed_material(name, looks).or_raise(py)?])
     }
 
     /// Puts a light without surface into the scene; the angles of a spot are half ones, in radians.
@@ -158,7 +185,7 @@ impl Scene {
         };
         let (world_from_light, intensity) = (map_of(&transform)?, Vec3::from_array(intensity));
         let light = Light { name, kind, world_from_light, intensity, range: f32::INFINITY, profile: None };
-        self.put(py, Addition::Light(light))
+        self.put(py, vec![Addition::Light(light)])
     }
 
     /// Puts a camera into the scene; the angle of view is the full vertical one, in radians.
@@ -172,7 +199,7 @@ impl Scene {
         let (vertical_fov, lens_radius, focus_distance) = lens;
         let projection = Projection::Perspective { vertical_fov, lens_radius, focus_distance };
         let camera = Camera { name, world_from_camera: map_of(&transform)?, projection, aspect: None };
-        self.put(py, Addition::Camera(camera))
+        self.put(py, vec![Addition::Camera(camera)])
     }
 
     /// Takes instances out of the scene.
@@ -187,16 +214,19 @@ impl Scene {
 
     /// Names of the tables `materials`, `lights` and `cameras`, each once.
     fn table(&self, py: Python<'_>, kind: &str) -> PyResult<Vec<String>> {
-        self.with(py, |state| {
-            let desc = state.session.open().scene.desc();
-            let names: Vec<&String> = match kind {
-                "materials" => desc.materials.iter().map(|m| &m.name).collect(),
-                "lights" => desc.lights.iter().map(|l| &l.name).collect(),
-                _ => desc.cameras.iter().map(|c| &c.name).collect(),
-            };
+        let table = table_of(kind);
+        let names = |state: &mut State| {
             let mut seen = BTreeSet::new();
-            Ok(names.into_iter().filter(|name| seen.insert(*name)).cloned().collect())
-        })
+            let names = state.session.names_in(table).into_iter();
+            Ok(names.filter(|name| seen.insert(*name)).map(str::to_owned).collect())
+        };
+        // The camera that an empty scene is given goes when another comes.
+        if table == Table::Cameras { self.with(py, names) } else { self.with_unsettled(py, names) }
+    }
+
+    /// Whether a name is in the table `materials` or `lights`.
+    fn has(&self, py: Python<'_>, kind: &str, name: &str) -> PyResult<bool> {
+        self.with_unsettled(py, |state| Ok(state.session.has(table_of(kind), name)))
     }
 
     /// The first entry of a name in one of the tables, or the environment, as JSON.
@@ -260,25 +290,8 @@ impl Scene {
 }
 
 impl Scene {
-    /// Lets something wait for the next use of the scene.
-    fn put(&self, py: Python<'_>, addition: Addition) -> PyResult<()> {
-        self.with_unsettled(py, |state| {
-            let open = state.session.open();
-            if open.stored.is_some() {
-                let hint = "change the file that it was packed from";
-                return Err(Error::usage("nothing is put into a store", "scene", hint));
-            }
-            addition.check()?;
-            if let Addition::Mesh { material: Some(name), .. } = &addition {
-                let waits = |other: &Addition| matches!(other, Addition::Material(m) if m.name == *name);
-                if !open.scene.materials().iter().any(|m| m.name == *name) && !state.pending.iter().any(waits)
-                {
-                    let what = format!("no material is named \"{name}\"");
-                    return Err(Error::scene(what, "material", "add it first"));
-                }
-            }
-            state.pending.push(addition);
-            Ok(())
-        })
+    /// Lets things wait for the next use of the scene.
+    fn put(&self, py: Python<'_>, additions: Vec<Addition>) -> PyResult<()> {
+        self.with_unsettled(py, |state| state.session.put(additions))
     }
 }

@@ -2,6 +2,7 @@
 //! `python/vastlight`.
 
 mod accumulator;
+mod arguments;
 mod arrays;
 mod changes;
 mod errors;
@@ -24,6 +25,12 @@ mod _native {
     use crate::scene::Scene;
     #[pymodule_export]
     use crate::view::Server;
+
+    /// Bytes of a size in words; `name` is the argument.
+    #[pyo3::pyfunction]
+    fn parse_bytes(py: pyo3::Python<'_>, text: &str, name: &str) -> pyo3::PyResult<u64> {
+        vastlight::parse_bytes(text).map_err(|what| crate::errors::usage(py, what, name, ""))
+    }
 
     /// The package's version.
     #[pyo3::pyfunction]

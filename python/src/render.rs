@@ -1,6 +1,6 @@
 //! What is asked of a render, from a dictionary of `vastlight._render`.
 
-use pyo3::prelude::*;
+use crate::arguments::arguments;
 use std::str::FromStr;
 use std::time::Duration;
 use vastlight::film::Aov;
@@ -9,42 +9,43 @@ use vastlight::trace::TracerConfig;
 use vastlight::transport::photon::PhotonSettings;
 use vastlight::transport::{Integrator, PixelFilter, RenderSettings, Tile};
 use vastlight::{
-    CameraChoice, Denoising, Device, DeviceRequest, Error, Exposure, OpenScene, RenderRequest, default_size,
-    photon_settings,
+    CameraChoice, Denoising, Device, DeviceRequest, Error, Exposure, LARGEST_EDGE, OpenScene, RenderRequest,
+    default_size, photon_settings,
 };
 
-/// The words of a request.
-#[derive(Clone, Debug, FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Request {
-    size: Option<(u32, u32)>,
-    spp: u32,
-    device: String,
-    seed: u32,
-    integrator: String,
-    max_depth: u32,
-    caustics: String,
-    photons: Option<u32>,
-    photon_radius: Option<f32>,
-    russian_roulette: bool,
-    aovs: Vec<String>,
-    camera: Option<String>,
-    look_at: Option<([f32; 3], [f32; 3])>,
-    fov: Option<f32>,
-    crop: Option<(u32, u32, u32, u32)>,
-    filter: Option<String>,
-    passes: Option<(u32, u32)>,
-    noise: Option<f32>,
-    time_limit: Option<f64>,
-    gpu_memory: Option<u64>,
-    accel: Option<String>,
-    denoise: bool,
-    shutter: f32,
-    shutter_keys: u32,
-    /// Threads, if others than the scene's.
-    pub(crate) threads: Option<usize>,
-    /// The memory budget in bytes, if another than the scene's.
-    pub(crate) memory: Option<u64>,
+arguments! {
+    /// The words of a request.
+    #[derive(Clone, Debug)]
+    pub(crate) struct Request {
+        size: Option<(u32, u32)>,
+        spp: u32,
+        device: String,
+        seed: u32,
+        integrator: String,
+        max_depth: u32,
+        caustics: String,
+        photons: Option<u32>,
+        photon_radius: Option<f32>,
+        russian_roulette: bool,
+        aovs: Vec<String>,
+        camera: Option<String>,
+        look_at: Option<([f32; 3], [f32; 3])>,
+        fov: Option<f32>,
+        crop: Option<(u32, u32, u32, u32)>,
+        filter: Option<String>,
+        passes: Option<(u32, u32)>,
+        noise: Option<f32>,
+        time_limit: Option<f64>,
+        gpu_memory: Option<u64>,
+        accel: Option<String>,
+        denoise: bool,
+        shutter: f32,
+        shutter_keys: u32,
+        /// Threads, if others than the scene's.
+        pub(crate) threads: Option<usize>,
+        /// The memory budget in bytes, if another than the scene's.
+        pub(crate) memory: Option<u64>,
+    }
 }
 
 /// A value by its name; `place` is the argument.
@@ -57,6 +58,11 @@ fn expect(is_so: bool, what: &str, place: &str) -> Result<(), Error> {
     if is_so { Ok(()) } else { Err(Error::usage(what, place, "")) }
 }
 
+/// Whether it is above 0, and finite.
+fn is_positive(number: f32) -> bool {
+    number > 0.0 && number.is_finite()
+}
+
 impl Request {
     /// The shutter.
     pub(crate) fn exposure(&self) -> Exposure {
@@ -65,9 +71,9 @@ impl Request {
 
     /// Everything that can be said without the scene.
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let edge = 1..=65_536_u32;
+        let edge = 1..=LARGEST_EDGE;
         let fits = self.size.is_none_or(|(width, height)| edge.contains(&width) && edge.contains(&height));
-        expect(fits, "edges are 1 to 65536 pixels", "size")?;
+        expect(fits, &format!("edges are 1 to {LARGEST_EDGE} pixels"), "size")?;
         expect((1..=1 << 22).contains(&self.spp), "samples are 1 to 4194304 a pixel", "spp")?;
         expect(self.fov.is_none_or(|fov| fov > 0.0 && fov < 179.0), "between 0 and 179 degrees", "fov")?;
         let apart = |(eye, target): &([f32; 3], [f32; 3])| {
@@ -78,8 +84,8 @@ impl Request {
             "eye and target must be finite and apart",
             "look_at",
         )?;
-        expect(self.noise.is_none_or(|noise| noise > 0.0), "a number above 0 is expected", "noise")?;
-        expect(self.photon_radius.is_none_or(|r| r > 0.0), "a number above 0 is expected", "photon_radius")?;
+        expect(self.noise.is_none_or(is_positive), "a number above 0 is expected", "noise")?;
+        expect(self.photon_radius.is_none_or(is_positive), "a number above 0 is expected", "photon_radius")?;
         expect(self.photons.is_none_or(|n| (1..=1 << 24).contains(&n)), "1 to 16777216", "photons")?;
         expect((0.0..=1e6).contains(&self.shutter), "seconds from 0 on are expected", "shutter")?;
         expect((2..=Exposure::MOST_KEYS).contains(&self.shutter_keys), "2 to 65 poses", "shutter_keys")?;

@@ -1,6 +1,7 @@
 //! An open scene.
 
 use crate::accumulator::Accumulator;
+use crate::arguments::arguments;
 use crate::errors::{OrRaise, exception};
 use crate::image::Image;
 use crate::pool::Pool;
@@ -10,59 +11,73 @@ use crate::work::{Listener, Watch, run};
 use pyo3::prelude::*;
 use serde_json::json;
 use std::path::PathBuf;
-use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::thread::{ThreadId, current};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread::{ThreadId, current, sleep};
 use std::time::{Duration, Instant};
 use vastlight::scene::{Scene as Contents, SceneDesc};
 use vastlight::{
-    Addition, Denoising, Error, Exposure, LoadOptions, OpenScene, Overrides, PackControl, Rendered, Session,
-    check_request, is_store, open_within,
+    Denoising, Error, Exposure, LoadOptions, LookChoice, OpenScene, Overrides, PackControl, Rendered,
+    SceneChoice, Session, check_request, open_within,
 };
 use vastlight_viewer::Viewer;
 
-/// How a scene is opened.
-#[derive(Debug, FromPyObject)]
-#[pyo3(from_item_all)]
-struct Source {
-    source: String,
-    memory: Option<u64>,
-    threads: Option<usize>,
-    time: Option<f32>,
-    env: Option<PathBuf>,
-    sun: Option<[f32; 2]>,
-    /// Paths of TOML files, and texts of JSON.
-    overrides: Vec<(Option<PathBuf>, Option<String>)>,
-    file_scene: Option<String>,
-    animation: Option<String>,
-    sequence_fps: f32,
-    triangles: Option<u64>,
-    texture_bytes: Option<u64>,
-    cache_dir: Option<PathBuf>,
+/// Longest time between two looks whether a scene is free.
+const LONGEST_PAUSE: Duration = Duration::from_millis(20);
+
+arguments! {
+    /// How a scene is opened.
+    #[derive(Debug)]
+    struct Source {
+        source: String,
+        memory: Option<u64>,
+        threads: Option<usize>,
+        time: Option<f32>,
+        env: Option<PathBuf>,
+        sun: Option<[f32; 2]>,
+        /// Paths of TOML files, or texts of JSON.
+        overrides: Vec<(Option<PathBuf>, Option<String>)>,
+        file_scene: Option<String>,
+        animation: Option<String>,
+        sequence_fps: f32,
+        triangles: Option<u64>,
+        texture_bytes: Option<u64>,
+        cache_dir: Option<PathBuf>,
+    }
 }
 
 impl Source {
-    fn options(&self) -> Result<LoadOptions, Error> {
-        let mut options = LoadOptions::within(self.memory);
-        options.import.scene.clone_from(&self.file_scene);
-        options.import.animation.clone_from(&self.animation);
-        options.import.sequence_fps = self.sequence_fps;
-        options.generate.triangles = self.triangles;
-        options.generate.texture_bytes = self.texture_bytes;
-        options.time = self.time;
-        options.environment.clone_from(&self.env);
-        options.sun = self.sun;
-        let read = |(path, text): &(Option<PathBuf>, Option<String>)| match path {
-            Some(path) => Overrides::read(path),
-            None => changes_of(text.as_deref().unwrap_or("{}")),
+    /// What is said of the scene.
+    fn choice(&self) -> SceneChoice {
+        let look = |(path, text): &(Option<PathBuf>, Option<String>)| match path {
+            Some(path) => LookChoice::File(path.clone()),
+            None => LookChoice::Json(text.clone().unwrap_or_else(|| "{}".to_owned())),
         };
-        options.overrides = self.overrides.iter().map(read).collect::<Result<_, _>>()?;
-        Ok(options)
+        SceneChoice {
+            file_scene: self.file_scene.clone(),
+            animation: self.animation.clone(),
+            sequence_fps: self.sequence_fps,
+            triangles: self.triangles,
+            texture_bytes: self.texture_bytes,
+            time: self.time,
+            environment: self.env.clone(),
+            sun: self.sun,
+            overrides: self.overrides.iter().map(look).collect(),
+        }
+    }
+}
+
+arguments! {
+    /// A scene with nothing in it.
+    #[derive(Debug)]
+    struct Empty {
+        memory: Option<u64>,
+        threads: Option<usize>,
     }
 }
 
 /// Changes in JSON.
 pub(crate) fn changes_of(text: &str) -> Result<Overrides, Error> {
-    Overrides::parse_json(text, "".as_ref(), "overrides")
+    LookChoice::Json(text.to_owned()).read()
 }
 
 /// What is behind the lock. It is taken outside of the pool: its threads may come to other work while they wait for a part of theirs, and
@@ -70,8 +85,6 @@ pub(crate) fn changes_of(text: &str) -> Result<Overrides, Error> {
 #[derive(Debug)]
 pub(crate) struct State {
     pub(crate) session: Session,
-    /// What is to come into the scene.
-    pub(crate) pending: Vec<Addition>,
     /// The moment, if one was set.
     pub(crate) time: Option<f32>,
     /// How the shutter stands open.
@@ -79,14 +92,12 @@ pub(crate) struct State {
 }
 
 impl State {
-    /// Puts into the scene what waits.
-    fn settle(&mut self) -> Result<(), Error> {
-        if self.pending.is_empty() { Ok(()) } else { self.session.add(std::mem::take(&mut self.pending)) }
-    }
-
     /// Opens the shutter as it is asked for, or closes it.
     fn expose(&mut self, exposure: Exposure) -> Result<(), Error> {
         let wanted = (exposure.seconds > 0.0).then_some(exposure);
+        // Changes of the scene close its shutter.
+        let is_open = self.session.open().scene.shutter().is_some();
+        self.exposed = self.exposed.filter(|_| is_open);
         if wanted == self.exposed {
             return Ok(());
         }
@@ -111,7 +122,18 @@ pub(crate) struct Scene {
     memory: Option<u64>,
     source: String,
     options: LoadOptions,
+    /// How it was opened, on a command line.
+    words: Vec<String>,
     load_ms: f64,
+}
+
+/// A thread that waits for work of a scene.
+struct Waiting<'s>(&'s Scene, ThreadId);
+
+impl Drop for Waiting<'_> {
+    fn drop(&mut self) {
+        lock(&self.0.waiting).retain(|&thread| thread != self.1);
+    }
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -126,9 +148,23 @@ impl Scene {
         memory: Option<u64>,
         pool: Pool,
     ) -> Self {
-        let state = State { session, pending: Vec::new(), time: options.time, exposed: None };
+        let state = State { session, time: options.time, exposed: None };
         let (state, waiting) = (Mutex::new(state), Mutex::default());
-        Self { state, waiting, pool, memory, source, options, load_ms: 0.0 }
+        Self { state, waiting, pool, memory, source, options, words: Vec::new(), load_ms: 0.0 }
+    }
+
+    /// What is behind the lock, unless `check` says to wait no longer.
+    fn state<E>(&self, check: impl Fn() -> Result<(), E>) -> Result<MutexGuard<'_, State>, E> {
+        let mut pause = Duration::from_micros(50);
+        loop {
+            match self.state.try_lock() {
+                Ok(state) => return Ok(state),
+                Err(TryLockError::Poisoned(state)) => return Ok(state.into_inner()),
+                Err(TryLockError::WouldBlock) => check()?,
+            }
+            sleep(pause);
+            pause = (2 * pause).min(LONGEST_PAUSE);
+        }
     }
 
     /// The memory budget.
@@ -147,9 +183,10 @@ impl Scene {
         let pool = self.pool.get(threads).or_raise(py)?;
         self.alone(py, || {
             run(py, listener, |watch| {
-                let state = &mut *lock(&self.state);
+                let go_on = || watch.check("the scene is at other work");
+                let state = &mut *self.state(go_on)?;
                 pool.install(|| {
-                    state.settle()?;
+                    state.session.settle()?;
                     work(state, watch)
                 })
             })
@@ -163,7 +200,7 @@ impl Scene {
         work: impl FnOnce(&mut State) -> Result<T, Error> + Send,
     ) -> PyResult<T> {
         self.with_unsettled(py, |state| {
-            state.settle()?;
+            state.session.settle()?;
             work(state)
         })
     }
@@ -176,10 +213,10 @@ impl Scene {
     ) -> PyResult<T> {
         let pool = self.pool.get(None).or_raise(py)?;
         let alone = || {
-            let state = &mut *lock(&self.state);
-            pool.install(|| work(state))
+            let state = &mut *self.state(|| Python::attach(|py| py.check_signals()))?;
+            Ok(pool.install(|| work(state)))
         };
-        self.alone(py, || py.detach(alone).or_raise(py))
+        self.alone(py, || py.detach(alone).and_then(|done| done.or_raise(py)))
     }
 
     /// Refuses what would wait for itself: a call from the progress of the scene's own work.
@@ -190,9 +227,8 @@ impl Scene {
             return Err(exception(py, &Error::usage(what, "scene", "wait for the end of the work")));
         }
         lock(&self.waiting).push(here);
-        let done = work();
-        lock(&self.waiting).retain(|&thread| thread != here);
-        done
+        let _waiting = Waiting(self, here);
+        work()
     }
 
     /// Renders, and makes something of the sums.
@@ -230,20 +266,22 @@ impl Scene {
         let start = Instant::now();
         let pool = Pool::new(source.threads);
         let threads = pool.get(None).or_raise(py)?;
+        let choice = source.choice();
         let open = |watch: &Watch| {
-            let options = source.options()?;
+            let options = choice.apply(LoadOptions::within(source.memory))?;
             let control = PackControl { memory: source.memory, cancel: watch.cancel(), progress: &|_| {} };
             let open = open_within(&source.source, &options, source.cache_dir.as_deref(), control)?;
             Ok((Session::new(open, &source.source, &options), options))
         };
         let (session, options) = run(py, None, |watch| threads.install(|| open(watch)))?;
         let scene = Self::around(session, source.source, options, source.memory, pool);
-        Ok(Self { load_ms: start.elapsed().as_secs_f64() * 1e3, ..scene })
+        Ok(Self { words: choice.words(), load_ms: start.elapsed().as_secs_f64() * 1e3, ..scene })
     }
 
     /// A scene with nothing in it.
     #[staticmethod]
-    fn empty(py: Python<'_>, memory: Option<u64>, threads: Option<usize>) -> PyResult<Self> {
+    fn empty(py: Python<'_>, about: Empty) -> PyResult<Self> {
+        let Empty { memory, threads } = about;
         let options = LoadOptions::within(memory);
         let contents = Contents::new(SceneDesc::default()).map_err(Error::from).or_raise(py)?;
         let session = Session::new(OpenScene::from(contents), "", &options);
@@ -296,11 +334,15 @@ impl Scene {
                 "the page opens the scene anew, without places, vertices and meshes that were changed here";
             return Err(exception(py, &Error::usage(what, "view", hint)));
         }
-        let mut options =
-            LoadOptions { time: time.filter(|_| !is_store(&self.source)), ..self.options.clone() };
+        let mut options = LoadOptions { time, ..self.options.clone() };
         options.overrides.extend(changes.as_deref().map(changes_of).transpose().or_raise(py)?);
-        let viewer =
-            Viewer { source: Some(self.source.clone()), options, memory: self.memory, ..Viewer::default() };
+        let viewer = Viewer {
+            source: Some(self.source.clone()),
+            options,
+            memory: self.memory,
+            scene_arguments: self.words.clone(),
+            ..Viewer::default()
+        };
         Server::start(py, page.apply(py, viewer)?)
     }
 }

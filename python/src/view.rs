@@ -1,5 +1,6 @@
 //! The interactive page.
 
+use crate::arguments::arguments;
 use crate::errors::{OrRaise, usage};
 use pyo3::prelude::*;
 use std::net::IpAddr;
@@ -23,14 +24,14 @@ impl Server {
     }
 }
 
-/// Where a page is, and from where it looks.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Page {
-    host: String,
-    port: u16,
-    spp: u32,
-    camera: Option<String>,
+arguments! {
+    /// Where a page is, and from where it looks.
+    pub(crate) struct Page {
+        host: String,
+        port: u16,
+        spp: u32,
+        camera: Option<String>,
+    }
 }
 
 impl Page {

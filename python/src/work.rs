@@ -9,7 +9,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 use vastlight::film::{Accumulator, PngOptions, encode_png};
-use vastlight::{Control, Error, Progress, Snapshot};
+use vastlight::{Control, Error, ErrorClass, Progress, Snapshot};
 
 /// How often it is looked whether somebody wants the work to end, or to hear of it.
 const LOOK: Duration = Duration::from_millis(50);
@@ -36,6 +36,14 @@ impl Watch {
     /// The flag that ends it.
     pub(crate) fn cancel(&self) -> &AtomicBool {
         &self.cancel
+    }
+
+    /// Refuses to go on, if somebody wants the work to end.
+    pub(crate) fn check(&self, what: &str) -> Result<(), Error> {
+        if self.cancel.load(Ordering::Relaxed) {
+            return Err(Error::new(ErrorClass::Interrupted, what, "", ""));
+        }
+        Ok(())
     }
 
     /// Runs a render that is watched.

@@ -149,17 +149,23 @@ def test_other_threads_go_on(cornell: vl.Scene) -> None:
     ended = threading.Event()
     count = 0
 
+    begun = threading.Event()
+
     def work() -> None:
-        vl.render(cornell, size=(160, 100), spp=16)
+        begun.set()
+        vl.render(cornell, size=(320, 200), spp=16, threads=1)
         ended.set()
 
     thread = threading.Thread(target=work)
     thread.start()
+    begun.wait()
+    start = time.monotonic()
     while not ended.is_set():
         count += 1
-        time.sleep(0)
+        time.sleep(0.001)
     thread.join()
-    assert count > 1
+    # Hardly ever at work if the render held the interpreter.
+    assert count > 20 * (time.monotonic() - start) and count > 5
 
 
 def test_threads_share_a_scene() -> None:
@@ -191,6 +197,53 @@ def test_each_picture_has_the_device_that_it_is_asked_for(cornell: vl.Scene) -> 
     assert [image.stats["device"] for image in (on_cpu, on_gpu, again)] == ["cpu", "gpu", "cpu"]
     assert np.array_equal(np.asarray(on_cpu), np.asarray(again))
     assert np.asarray(on_gpu).mean() == pytest.approx(np.asarray(on_cpu).mean(), rel=1e-3)
+
+
+WAITING = """
+import signal, threading
+import vastlight as vl
+signal.signal(signal.SIGINT, signal.default_int_handler)
+scene = vl.load("demo:cornell")
+begun, stop = threading.Event(), threading.Event()
+
+def progress(_):
+    begun.set()
+    if stop.is_set():
+        raise LookupError
+
+def work():
+    try:
+        vl.render(scene, size=(640, 400), spp=1 << 20, progress=progress)
+    except LookupError:
+        print("stopped", flush=True)
+
+thread = threading.Thread(target=work)
+thread.start()
+begun.wait()
+for call in (scene.stats, lambda: vl.render(scene, size=(16, 16), spp=1)):
+    try:
+        print("waits", flush=True)
+        call()
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+stop.set()
+thread.join()
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals: of Unix")
+def test_ctrl_c_ends_waiting_for_another_threads_render() -> None:
+    process = subprocess.Popen([sys.executable, "-c", WAITING], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        for _ in range(2):
+            assert process.stdout.readline() == "waits\n"
+            time.sleep(0.3)
+            process.send_signal(signal.SIGINT)
+            assert process.stdout.readline() == "interrupted\n"
+        assert process.communicate(timeout=60)[0] == "stopped\n"
+    finally:
+        process.kill()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="fork: of Unix")
@@ -243,11 +296,24 @@ def test_wrong_requests_are_one_clear_line(cornell: vl.Scene) -> None:
         ({"passes": (3, 9), "spp": 4}, "passes"),
         ({"shutter": 0.1}, "set_time"),
         ({"caustics": "photons", "integrator": "ao"}, "path"),
+        ({"spp": -1}, "spp"),
+        ({"spp": 1 << 40}, "spp"),
+        ({"spp": "many"}, "spp"),
+        ({"size": (-8, 8)}, "size"),
+        ({"crop": (-1, 0, 8, 8)}, "crop"),
+        ({"threads": -1}, "threads"),
+        ({"noise": float("inf")}, "noise"),
+        ({"photon_radius": float("inf")}, "photon_radius"),
+        ({"gpu_memory": "much"}, "gpu_memory"),
     ]
     for options, expected in wrong:
         with pytest.raises(ValueError, match=expected) as caught:
             vl.render(cornell, **options)  # type: ignore[arg-type]
         assert isinstance(caught.value, vl.Error) and "\n" not in str(caught.value)
+    with pytest.raises(vl.UsageError, match="passes"):
+        vl.accumulate(cornell, passes=None)  # type: ignore[arg-type]
+    with pytest.raises(vl.UsageError, match="port"):
+        vl.view(cornell, port=-1)
     with pytest.raises(vl.SceneError, match="no camera"):
         vl.render(cornell, camera="nobody")
     with pytest.raises(TypeError, match="samples"):

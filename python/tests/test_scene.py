@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,11 @@ def test_vertices_change_the_mesh(plane: vl.Scene) -> None:
         floor.vertices = np.zeros((5, 3))
     with pytest.raises(vl.SceneError, match="finite"):
         floor.vertices = np.full((4, 3), np.nan)
+    with pytest.raises(vl.SceneError, match="normal"):
+        floor.set_vertices(floor.vertices, np.full((4, 3), np.nan))
+    for number in (-1, 7, 1 << 40):
+        with pytest.raises(vl.SceneError, match="does not exist"):
+            plane.instance_transform(number)
     assert plane.trace([[0, 5, 0]], [[0, -1, 0]]).t[0] == 4.0
 
 
@@ -87,6 +93,7 @@ def test_an_edited_scene_is_one_built_so(plane: vl.Scene) -> None:
 def test_meshes_are_checked_when_they_are_added(plane: vl.Scene) -> None:
     good = {"vertices": np.eye(3), "faces": [[0, 1, 2]]}
     wrong: list[dict[str, object]] = [
+        {**good, "normals": np.full((3, 3), np.nan)},
         {**good, "faces": [[0, 1, 3]]},
         {**good, "faces": [[0, 1, -1]]},
         {**good, "faces": [[0.0, 1.0, 2.0]]},
@@ -107,6 +114,51 @@ def test_meshes_are_checked_when_they_are_added(plane: vl.Scene) -> None:
     assert list(plane) == ["floor"]
 
 
+def test_a_mesh_that_is_refused_leaves_nothing(plane: vl.Scene) -> None:
+    good = {"vertices": np.eye(3), "faces": [[0, 1, 2]]}
+    red = {"base_color": [1, 0, 0]}
+    before = list(plane.materials)
+    wrong: list[dict[str, object]] = [
+        {**good, "faces": [[0, 1, 3]], "material": red},
+        {**good, "uvs": np.zeros((3, 3)), "material": red},
+        {**good, "material": {"rough": 1}},
+        {**good, "material": {"roughness": -1}},
+    ]
+    for arguments in wrong:
+        with pytest.raises(ValueError):
+            plane.add_mesh("ball", **arguments)  # type: ignore[arg-type]
+        assert list(plane.materials) == before
+    with pytest.raises(vl.SceneError, match="rough"):
+        plane.add_material("x", rough=1)
+    assert plane.add_material("x", roughness=1).roughness == 1
+    plane.add_mesh("ball", **good, material=red)  # type: ignore[arg-type]
+    assert plane.materials["ball"].base_color == [1, 0, 0]
+    plane.materials["ball"].roughness = 0.25
+    plane.remove("ball")
+    plane.add_mesh("ball", **good, material={"metallic": 0.5})  # type: ignore[arg-type]
+    ball, neutral = plane.materials["ball"], plane.materials["neutral"]
+    assert (ball.base_color, ball.metallic, ball.roughness) == (neutral.base_color, 0.5, neutral.roughness)
+    with pytest.raises(vl.UsageError, match="already"):
+        plane.add_material("ball")
+    plane.materials["*"].roughness = 0.75
+    assert plane.add_material("own", roughness=0.5).roughness == 0.5
+    assert plane.add_material("other").roughness == 0.75
+
+
+def test_meshes_with_looks_are_taken_up_together() -> None:
+    scene = vl.Scene()
+    start = time.monotonic()
+    for number in range(300):
+        looks = {"roughness": 0.5}
+        scene.add_mesh(f"m{number}", vertices=np.eye(3) + number, faces=[[0, 1, 2]], material=looks)
+        assert f"m{number}" in scene.materials
+    # Each by itself takes as long as all together.
+    added = time.monotonic() - start
+    start = time.monotonic()
+    assert len(scene) == 300
+    assert added < 30 * (time.monotonic() - start) + 0.3
+
+
 def test_materials_are_changed_by_attributes(cornell: vl.Scene) -> None:
     before = colors(cornell)
     name = next(iter(cornell.materials))
@@ -125,7 +177,13 @@ def test_materials_are_changed_by_attributes(cornell: vl.Scene) -> None:
     for key, value in [("roughnes", 1), ("roughness", "rough"), ("metal", "cheese")]:
         with pytest.raises(vl.SceneError, match=key if key == "roughnes" else "invalid|cheese"):
             setattr(material, key, value)
+    for key, number in [("roughness", -3), ("emission", [-1, 0, 0]), ("ior", -5)]:
+        with pytest.raises(vl.SceneError, match=f"{key} must be"):
+            setattr(material, key, number)
+    with pytest.raises(vl.SceneError, match="strength must be"):
+        cornell.environment.strength = -1
     assert np.array_equal(changed, colors(cornell))
+    assert material.metal is None
     with pytest.raises(KeyError):
         cornell.materials["nothing of the kind"]
     with pytest.raises(AttributeError):
@@ -134,8 +192,17 @@ def test_materials_are_changed_by_attributes(cornell: vl.Scene) -> None:
 
 def test_the_environment_is_changed_and_replaced(plane: vl.Scene) -> None:
     sky = colors(plane)
+    assert plane.environment.color is None and plane.environment.strength == 1.0
+    plane.environment.strength = 0.5
+    assert colors(plane).mean() == pytest.approx(0.5 * sky.mean(), rel=0.01)
+    plane.environment.strength = 1
+    assert np.array_equal(sky, colors(plane))
     plane.environment.color = (0.5, 0.5, 0.5)
     grey = colors(plane)
+    with pytest.raises(TypeError):
+        plane.environment.color = object()
+    plane.environment.rotation = 0.0
+    assert np.array_equal(grey, colors(plane))
     plane.environment.sun = (90.0, 20.0)
     assert not np.array_equal(sky, grey) and not np.array_equal(grey, colors(plane))
     plane.environment.update(color=[1, 1, 1], strength=0.5)
@@ -147,7 +214,13 @@ def test_the_environment_is_changed_and_replaced(plane: vl.Scene) -> None:
 
 def test_lights_and_materials_are_added(plane: vl.Scene) -> None:
     lamp = plane.add_light("Lamp", "spot", intensity=5.0, transform=[[1, 0, 0, 0], [0, 0, 1, 3], [0, -1, 0, 0], [0, 0, 0, 1]])
-    assert list(plane.lights) == ["Lamp"]
+    assert list(plane.lights) == ["Lamp"] and lamp.scale == 1.0
+    for wrong in ({"intensity": np.nan}, {"kind": "spot", "inner_angle": 2.0, "outer_angle": -1.0}):
+        with pytest.raises(vl.SceneError):
+            plane.add_light("More", **wrong)  # type: ignore[arg-type]
+    for lens in ({"fov": np.nan}, {"fov": 500}, {"lens_radius": -1}, {"focus_distance": 0}):
+        with pytest.raises(vl.SceneError):
+            plane.add_camera("more", np.eye(4), **lens)
     lit = colors(plane)
     assert lit.max() > 0
     lamp.intensity = [10.0, 10.0, 10.0]
@@ -175,6 +248,22 @@ def test_time_goes_on_and_back() -> None:
         vl.load("demo:cornell").set_time(1.0)
 
 
+def test_edits_do_not_lose_the_blur() -> None:
+    scene = vl.load("demo:walker")
+    scene.set_time(0.4)
+
+    def blurred() -> np.ndarray:
+        return np.asarray(vl.render(scene, size=SMALL, spp=2, shutter=0.2))
+
+    first, sharp = blurred(), colors(scene)
+    assert np.array_equal(blurred(), first)
+    scene.set_instance_transform(0, scene.instance_transform(0))
+    assert np.array_equal(blurred(), first)
+    scene.add_material("unused")
+    assert np.array_equal(blurred(), first)
+    assert np.array_equal(colors(scene), sharp) and np.array_equal(blurred(), first)
+
+
 def test_sources_that_cannot_be_opened(tmp_path: Path) -> None:
     for source in ("nowhere.glb", "demo:nothing", tmp_path):
         with pytest.raises(vl.SceneError):
@@ -183,8 +272,24 @@ def test_sources_that_cannot_be_opened(tmp_path: Path) -> None:
     damaged.write_bytes(b"glTF\x02\x00\x00\x00")
     with pytest.raises(vl.SceneError, match="damaged.glb"):
         vl.load(damaged)
-    with pytest.raises(vl.UsageError, match="8GiB"):
-        vl.load("demo:cornell", memory="much")
+    for size in ("much", "1e400GiB", "-5GiB", "1_0GiB", -5, 1.5, 1 << 64):
+        with pytest.raises(vl.UsageError, match="texture_bytes: .*8GiB"):
+            vl.load("demo:cornell", texture_bytes=size)  # type: ignore[arg-type]
+    assert len(vl.load("demo:cornell", memory=np.int64(1 << 32))) > 0
+    for wrong in (
+        {"sun": (np.nan, 2)},
+        {"sun": (0, 900)},
+        {"sequence_fps": 0},
+        {"sequence_fps": -1},
+        {"time": np.inf},
+        {"threads": -1},
+        {"triangles": -1},
+    ):
+        with pytest.raises(vl.UsageError) as caught:
+            vl.load("demo:cornell", **wrong)  # type: ignore[arg-type]
+        assert caught.value.place == next(iter(wrong))
+    with pytest.raises(vl.UsageError, match="threads"):
+        vl.Scene(threads=-1)
     with pytest.raises(vl.MemoryBudgetError):
         vl.load("demo:statue", triangles=50_000_000, memory="200MiB")
 

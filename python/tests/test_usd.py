@@ -95,6 +95,63 @@ def test_a_stage_becomes_a_scene(tmp_path: Path) -> None:
     assert corner[0] > 2 * corner[1] > 0
 
 
+PARTS = """#usda 1.0
+def Mesh "Table"
+{
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    int[] faceVertexCounts = [3, 3]
+    int[] faceVertexIndices = [0, 1, 2, 0, 2, 3]
+    rel material:binding = </Wild>
+
+    def GeomSubset "Part" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {
+        uniform token elementType = "face"
+        uniform token familyName = "materialBind"
+        int[] indices = [1]
+        rel material:binding = </Wild>
+    }
+}
+
+def Material "Wild"
+{
+    token outputs:surface.connect = </Wild/Shader.outputs:surface>
+
+    def Shader "Shader"
+    {
+        uniform token info:id = "UsdPreviewSurface"
+        float inputs:roughness = 1.5
+        float inputs:ior = 0.5
+        token outputs:surface
+    }
+}
+
+def SphereLight "Spot" (
+    prepend apiSchemas = ["ShapingAPI"]
+)
+{
+    float inputs:radius = 0.1
+    float inputs:shaping:cone:angle = 30
+    bool inputs:enableColorTemperature = 1
+}
+"""
+
+
+def test_what_is_left_out_is_said(tmp_path: Path) -> None:
+    from vastlight import usd
+
+    path = tmp_path / "parts.usda"
+    path.write_text(PARTS)
+    with pytest.warns(UserWarning) as told:
+        scene = usd.load(path)
+    said = str(told[0].message)
+    for what in ("parts of meshes", "cones", "colour temperatures", "beyond their range"):
+        assert what in said
+    wild = scene.materials["/Wild"]
+    assert wild.roughness == 1.0 and wild.ior == 1.0
+
+
 def test_stages_that_cannot_be_opened(tmp_path: Path) -> None:
     from vastlight import usd
 

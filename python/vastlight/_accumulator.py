@@ -79,4 +79,4 @@ def merge(
     if accumulators:
         raise UsageError("files and accumulators are mixed", "merge", "load the files first")
     paths = [os.fspath(part) for part in given if not isinstance(part, Accumulator)]
-    return Accumulator(_native.Accumulator.merge_files(paths, parse_bytes(memory)))
+    return Accumulator(_native.Accumulator.merge_files(paths, parse_bytes(memory, "memory")))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import UsageError
+from . import _native
+from ._errors import SceneError, UsageError
 
 
 def as_array(values: Any, dtype: npt.DTypeLike) -> npt.NDArray[Any]:
@@ -45,14 +47,24 @@ def as_matrix(values: Any) -> npt.NDArray[np.float64]:
     return array
 
 
-def parse_bytes(size: int | str | None) -> int | None:
-    """Bytes from a number, or text such as ``"8GiB"``, ``"512MiB"``, ``"2G"``: binary units."""
-    if size is None or isinstance(size, int):
-        return size
-    text = size.strip()
-    digits = text.rstrip("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ ")
-    unit = text[len(digits) :].strip().lower().removesuffix("b").removesuffix("i")
+def parse_bytes(size: int | str | None, name: str) -> int | None:
+    """Bytes from a number, or text such as ``"8GiB"``, ``"512MiB"``, ``"2G"``: binary units. `name` is the argument."""
+    if size is None:
+        return None
+    if isinstance(size, str):
+        return _native.parse_bytes(size, name)
     try:
-        return int(float(digits) * 1024 ** ["", "k", "m", "g", "t"].index(unit))
-    except ValueError:
-        raise UsageError(f'"{size}" is no size', "memory", "write 8GiB, 512MiB or a number of bytes") from None
+        count = operator.index(size)
+    except TypeError:
+        count = -1
+    if not 0 <= count < 1 << 64:
+        raise UsageError(f"{size!r} is no size", name, "write 8GiB, 512MiB or a number of bytes")
+    return count
+
+
+def as_number(number: int) -> int:
+    """The number of an instance."""
+    index = operator.index(number)
+    if not 0 <= index < 1 << 31:
+        raise SceneError(f"instance {index} does not exist", "scene")
+    return index

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 from . import _native
-from ._errors import Error
 
 
 def to_json(changes: Mapping[str, Any]) -> str:
@@ -31,13 +30,28 @@ class Looks:
         self.native = native
         self.changes: dict[str, Any] = {}
 
-    def change(self, path: Sequence[str], values: Mapping[str, Any]) -> None:
-        """Adds changes of an entry, or leaves all as it was if they are wrong."""
+    def change(self, path: Sequence[str], values: Mapping[str, Any], instead_of: Sequence[str] = ()) -> None:
+        """Adds changes of an entry, and drops those that they stand for, or leaves all as it was if they are wrong."""
+        added: dict[str, Any] = json.loads(to_json(values))
         changes: dict[str, Any] = json.loads(to_json(self.changes))
         entry = changes
         for name in path:
             entry = entry.setdefault(name, {})
-        entry.update(json.loads(to_json(values)))
+        for key in instead_of:
+            entry.pop(key, None)
+        entry.update(added)
+        self.native.revise(to_json(changes))
+        self.changes = changes
+
+    def forget(self, path: Sequence[str]) -> None:
+        """Drops the changes of an entry, if there are any."""
+        if not self.of(path):
+            return
+        changes: dict[str, Any] = json.loads(to_json(self.changes))
+        entry = changes
+        for name in path[:-1]:
+            entry = entry[name]
+        del entry[path[-1]]
         self.native.revise(to_json(changes))
         self.changes = changes
 
@@ -53,7 +67,8 @@ class Entry:
     """Something whose looks can be changed: attributes are keys."""
 
     _kind = ""
-    _keys: frozenset[str] = frozenset()
+    # What keys mean that were not set, where it is not to be seen in the entry itself.
+    _unset: Mapping[str, Any] = {}
 
     def __init__(self, looks: Looks, name: str) -> None:
         object.__setattr__(self, "_looks", looks)
@@ -87,10 +102,12 @@ class Entry:
         values = self.values()
         if key in values:
             return values[key]
-        raise AttributeError(f"{type(self).__name__} {self.name!r} has no {key!r}; there are {', '.join(sorted(values))}")
+        if key in self._unset:
+            return self._unset[key]
+        raise AttributeError(f"{type(self).__name__} {self.name!r} has no {key!r}; there are {', '.join(sorted({*values, *self._unset}))}")
 
     def __dir__(self) -> list[str]:
-        return sorted({*super().__dir__(), *self.values()})
+        return sorted({*super().__dir__(), *self.values(), *self._unset})
 
     def __repr__(self) -> str:
         return f"vastlight.{type(self).__name__} {self.name!r}"
@@ -110,20 +127,23 @@ class Material(Entry):
     """
 
     _kind = "materials"
+    _unset = {"metal": None}
 
 
 class Light(Entry):
     """A light without surface. Keys: ``intensity`` (W/sr, or W/m^2 of a directional light), ``scale``, ``ies`` (a file)."""
 
     _kind = "lights"
+    _unset = {"scale": 1.0, "ies": None}
 
 
 class Environment(Entry):
     """Light from infinity. Keys: one of ``map`` (a file), ``color``, ``sun`` (azimuth and elevation in degrees); ``turbidity``,
-    ``strength``, ``rotation`` (degrees)."""
+    ``strength``, ``rotation`` (degrees). What was not set here reads as nothing, 1 or 0."""
 
     _kind = "environment"
     _KINDS = ("map", "color", "sun")
+    _unset = {"map": None, "color": None, "sun": None, "turbidity": None, "strength": 1.0, "rotation": 0.0}
 
     def __init__(self, looks: Looks) -> None:
         super().__init__(looks, "environment")
@@ -133,17 +153,8 @@ class Environment(Entry):
 
     def update(self, **values: Any) -> None:
         """Changes several keys at once; a new kind of light takes the place of the one before."""
-        if any(kind in values for kind in self._KINDS):
-            before = {k: v for k, v in self._looks.of(self._path()).items() if k not in self._KINDS}
-            changes = self._looks.changes
-            self._looks.changes = {**changes, self._kind: before}
-            try:
-                super().update(**values)
-            except Error:
-                self._looks.changes = changes
-                raise
-        else:
-            super().update(**values)
+        is_replaced = any(kind in values for kind in self._KINDS)
+        self._looks.change(self._path(), values, self._KINDS if is_replaced else ())
 
 
 E_ = TypeVar("E_", bound=Entry)
@@ -165,12 +176,12 @@ class Table(Mapping[str, E_], Generic[E_]):
         return self._looks.native.table(self._kind)
 
     def __getitem__(self, name: str) -> E_:
-        if name != "*" and name not in self._names():
+        if name != "*" and name not in self:
             raise self._missing(self._kind.removesuffix("s"), name, self._names())
         return self._make(self._looks, name)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._names()
+        return isinstance(name, str) and self._looks.native.has(self._kind, name)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names())

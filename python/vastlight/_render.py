@@ -58,7 +58,8 @@ class RenderOptions(TypedDict, total=False):
         russian_roulette: end long paths that carry little at random; true without.
         filter: pixel filter such as ``"gaussian:2"``.
         aovs: auxiliary outputs: ``albedo``, ``normal``, ``depth``, ``alpha``, ``position``, ``object``, ``material``.
-        shutter: seconds for which the shutter is open from the scene's time on; 0 without.
+        shutter: seconds for which the shutter is open from the scene's time on; 0 without. What moves is then where its motion
+            takes it, whatever place or vertices it was given.
         shutter_keys: poses of what moves while the shutter is open; 5 without.
         device: ``"auto"``, ``"cpu"``, ``"gpu"`` or ``"gpu:N"``.
         gpu_memory: most memory on a graphics processor.
@@ -135,7 +136,7 @@ def _request(spp: int, options: RenderOptions, **own: Any) -> tuple[dict[str, An
     if isinstance(request["aovs"], str):
         raise UsageError("a list is expected", "aovs", f'aovs=["{request["aovs"]}"]')
     request.update(camera=view.name, look_at=view.look_at, fov=view.fov, aovs=list(request["aovs"]))
-    request.update(memory=parse_bytes(request["memory"]), gpu_memory=parse_bytes(request["gpu_memory"]))
+    request.update({name: parse_bytes(request[name], name) for name in ("memory", "gpu_memory")})
     request.update({"spp": spp, "passes": None, "noise": None, "time_limit": None, "denoise": False, **own})
     return request, progress
 
@@ -203,7 +204,8 @@ def accumulate(
         options: see :class:`RenderOptions`.
     """
     wanted = _passes(passes)
-    assert wanted is not None
+    if wanted is None:
+        raise UsageError("the passes are missing", "passes", "such as (0, 16), or a range")
     request, progress = _request(wanted[1], options, passes=wanted)
     follower = listener(progress)
     try:

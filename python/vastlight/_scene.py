@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _native
-from ._arrays import as_array, as_faces, as_matrix, as_rows, parse_bytes
+from ._arrays import as_array, as_faces, as_matrix, as_number, as_rows, parse_bytes
 from ._changes import Environment, Light, Looks, Material, Table, to_json
 from ._errors import SceneError, UsageError
 
@@ -89,7 +89,10 @@ class Object:
 
     @property
     def transform(self) -> npt.NDArray[np.float64]:
-        """World from object, (4, 4) float64 for column vectors: the translation is the last column. A copy; assign to change it."""
+        """World from object, (4, 4) float64 for column vectors: the translation is the last column. A copy; assign to change it.
+
+        What moves goes back to its motion with :meth:`Scene.set_time`, and when a picture opens the shutter or closes it.
+        """
         return self._scene._core.transform(self._single())
 
     @transform.setter
@@ -138,9 +141,12 @@ class Scene(Mapping[str, Object]):
     _looks: Looks
     _index: dict[str, tuple[int, ...]] | None
     _known: set[str]
+    # Materials of one mesh alone, and those of them whose mesh is gone.
+    _own: set[str]
+    _free: set[str]
 
     def __init__(self, *, memory: int | str | None = None, threads: int | None = None) -> None:
-        self._begin(_native.Scene.empty(parse_bytes(memory), threads))
+        self._begin(_native.Scene.empty({"memory": parse_bytes(memory, "memory"), "threads": threads}))
 
     @classmethod
     def _of(cls, native: _native.Scene) -> Scene:
@@ -153,6 +159,7 @@ class Scene(Mapping[str, Object]):
         self._looks = Looks(native)
         self._index = None
         self._known = set(native.names())
+        self._own, self._free = set(), set()
 
     # Objects
 
@@ -193,11 +200,11 @@ class Scene(Mapping[str, Object]):
 
     def instance_transform(self, number: int) -> npt.NDArray[np.float64]:
         """World from object of an instance by its number, (4, 4) float64."""
-        return self._core.transform(number)
+        return self._core.transform(as_number(number))
 
     def set_instance_transform(self, number: int, transform: npt.ArrayLike) -> None:
         """Puts an instance, by its number, in another place."""
-        self._core.set_transform(number, as_matrix(transform))
+        self._core.set_transform(as_number(number), as_matrix(transform))
 
     def add_mesh(
         self,
@@ -220,7 +227,8 @@ class Scene(Mapping[str, Object]):
             faces: (M, 3) integers, counter-clockwise seen from the front.
             normals: (N, 3) shading normals; flat without.
             uvs: (N, 2) texture coordinates.
-            material: the name of one that is there, or the keys of a new one (see :attr:`materials`), or nothing for a neutral one.
+            material: the name of one that is there, or the keys of a new one of the object's name (see :attr:`materials`), or nothing
+                for a neutral one.
             transform: world from object, (4, 4).
         """
         if mesh is not None:
@@ -231,8 +239,10 @@ class Scene(Mapping[str, Object]):
             raise UsageError("a mesh has vertices and faces", "add_mesh")
         if name in self._known:
             raise UsageError(f'"{name}" is in the scene already', "name", "take another name, or remove it first")
-        if isinstance(material, Mapping):
-            material = self.add_material(name, **material).name
+        looks = material if isinstance(material, Mapping) else None
+        used = name if looks is not None else cast("str | None", material)
+        if looks is not None and name not in self._free:
+            self._refuse("materials", name)
         self._core.add_mesh(
             {
                 "name": name,
@@ -241,22 +251,37 @@ class Scene(Mapping[str, Object]):
                 "normals": None if normals is None else as_rows(normals, 3, "normals"),
                 "uvs": None if uvs is None else as_rows(uvs, 2, "uvs"),
                 "transform": as_matrix(np.eye(4) if transform is None else transform),
-                "material": material,
+                "material": used,
+                "looks": None if looks is None else _looks_of(name, looks),
             }
         )
         self._known.add(name)
         self._index = None
+        if used is not None:
+            self._free.discard(used)
+            self._own.discard(used)
+        if looks is not None:
+            self._own.add(name)
+            self._dressed(name, looks)
         return Object(self, name)
+
+    def _refuse(self, kind: str, name: str) -> None:
+        """Refuses a name that is in a table."""
+        if name == "*" or self._core.has(kind, name):
+            raise UsageError(f'"{name}" is in the scene already', "name", "take another name")
+
+    def _dressed(self, name: str, looks: Changes) -> None:
+        """Takes note of a new material: its own looks come after those of all."""
+        self._looks.forget(["materials", name])
+        if looks and self._looks.of(["materials", "*"]):
+            self._looks.change(["materials", name], looks)
 
     def add_material(self, name: str, **values: Any) -> Material:
         """Puts a material into the scene; `values` are its keys (see :attr:`materials`)."""
-        if name in self.materials:
-            raise UsageError(f'"{name}" is in the scene already', "name", "take another name")
-        self._core.add_material(name)
-        added = self.materials[name]
-        if values:
-            added.update(**values)
-        return added
+        self._refuse("materials", name)
+        self._core.add_material(name, _looks_of(name, values))
+        self._dressed(name, values)
+        return Material(self._looks, name)
 
     def add_light(
         self,
@@ -278,12 +303,11 @@ class Scene(Mapping[str, Object]):
             inner_angle: half angle of a spot's full intensity, radians.
             outer_angle: half angle at which a spot ends, radians.
         """
-        if name in self.lights:
-            raise UsageError(f'"{name}" is in the scene already', "name", "take another name")
+        self._refuse("lights", name)
         red, green, blue = (float(x) for x in np.broadcast_to(as_array(intensity, np.float64), 3))
         matrix = as_matrix(np.eye(4) if transform is None else transform)
         self._core.add_light(name, kind, (red, green, blue), matrix, (inner_angle, outer_angle))
-        return self.lights[name]
+        return Light(self._looks, name)
 
     def add_camera(
         self,
@@ -311,6 +335,7 @@ class Scene(Mapping[str, Object]):
         self._core.remove(list(self._numbers(name)))
         self._known.discard(name)
         self._index = None
+        self._free |= self._own & {name}
 
     # Looks
 
@@ -434,6 +459,10 @@ class Scene(Mapping[str, Object]):
         return self._core.occluded(_rays(origins, directions, tmin, tmax))
 
 
+def _looks_of(name: str, looks: Changes) -> str:
+    return to_json({"materials": {name: dict(looks)}})
+
+
 def _rays(
     origins: npt.ArrayLike, directions: npt.ArrayLike, tmin: npt.ArrayLike, tmax: npt.ArrayLike
 ) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
@@ -508,7 +537,7 @@ def load(
     native = _native.Scene.load(
         {
             "source": name if "://" in name or name.startswith("demo:") else str(Path(name).expanduser()),
-            "memory": parse_bytes(memory),
+            "memory": parse_bytes(memory, "memory"),
             "threads": threads,
             "time": time,
             "env": None if env is None else os.fspath(env),
@@ -518,7 +547,7 @@ def load(
             "animation": animation,
             "sequence_fps": sequence_fps,
             "triangles": triangles,
-            "texture_bytes": parse_bytes(texture_bytes),
+            "texture_bytes": parse_bytes(texture_bytes, "texture_bytes"),
             "cache_dir": None if cache_dir is None else os.fspath(cache_dir),
         }
     )

@@ -74,6 +74,7 @@ class _Reader:
         if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
             self._world = _Z_UP @ self._world
         self._left_out: set[str] = set()
+        self._materials: set[str] = set()
 
     def read(self) -> Scene:
         for prim in Usd.PrimRange.Stage(self._stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
@@ -122,6 +123,8 @@ class _Reader:
         corners = _fans(counts)
         if mesh.GetOrientationAttr().Get(self._time) == UsdGeom.Tokens.leftHanded:
             corners = corners[:, ::-1]
+        if any(self._is_bound(subset.GetPrim()) for subset in UsdGeom.Subset.GetAllGeomSubsets(mesh)):
+            self._left_out.add("materials of parts of meshes")
         normals, by_corner = self._normals(mesh, len(points), len(indices))
         if by_corner:
             points, indices = points[indices], np.arange(len(indices))
@@ -143,6 +146,9 @@ class _Reader:
             return normals, True
         return (normals, False) if len(normals) == points else (None, False)
 
+    def _is_bound(self, prim: Any) -> bool:
+        return bool(UsdShade.MaterialBindingAPI(prim).GetDirectBindingRel().GetTargets())
+
     def _material(self, prim: Any, mesh: Any) -> str | None:
         bound, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         if not bound:
@@ -159,12 +165,23 @@ class _Reader:
                 continue
             value = socket.Get(self._time)
             if value is not None:
-                values[key] = float(value) if isinstance(value, (int, float)) else [float(x) for x in value]
+                values[key] = self._in_range(key, value)
         return self._named(str(bound.GetPath()), values)
 
+    def _in_range(self, key: str, value: Any) -> float | list[float]:
+        """A number or a colour as a material takes it."""
+        least, most = (1.0, math.inf) if key == "ior" else (0.0, 1.0 if isinstance(value, (int, float)) else math.inf)
+        given = np.array(value, dtype=np.float64)
+        taken = np.clip(given, least, most)
+        if not np.array_equal(given, taken):
+            self._left_out.add("numbers of materials beyond their range")
+        result: float | list[float] = taken.tolist()
+        return result
+
     def _named(self, name: str, values: dict[str, Any]) -> str:
-        if name not in self._scene.materials:
+        if name not in self._materials:
             self._scene.add_material(name, **values)
+            self._materials.add(name)
         return name
 
     # Cameras and lights
@@ -185,6 +202,7 @@ class _Reader:
         name, light = str(prim.GetPath()), UsdLux.LightAPI(prim)
         strength = light.GetIntensityAttr().Get(self._time) * 2.0 ** light.GetExposureAttr().Get(self._time)
         color = np.array(light.GetColorAttr().Get(self._time), dtype=np.float64) * strength
+        self._note_shape(prim, light)
         if prim.IsA(UsdLux.DistantLight):
             self._scene.add_light(name, "directional", intensity=color, transform=self._rigid(prim))
         elif prim.IsA(UsdLux.DomeLight):
@@ -204,6 +222,19 @@ class _Reader:
             self._lamp(prim, light, color, *_disk(UsdLux.DiskLight(prim).GetRadiusAttr().Get(self._time)))
         else:
             self._left_out.add(str(prim.GetTypeName()))
+
+    def _note_shape(self, prim: Any, light: Any) -> None:
+        """Says what of a light is left out."""
+        if light.GetEnableColorTemperatureAttr().Get(self._time):
+            self._left_out.add("colour temperatures of lights")
+        if prim.HasAPI(UsdLux.ShapingAPI):
+            shaping = UsdLux.ShapingAPI(prim)
+            angle, focus = shaping.GetShapingConeAngleAttr(), shaping.GetShapingFocusAttr()
+            if (angle and angle.Get(self._time) < 90.0) or (focus and focus.Get(self._time) > 0.0):
+                self._left_out.add("cones of lights")
+            profile = shaping.GetShapingIesFileAttr()
+            if profile and profile.Get(self._time):
+                self._left_out.add("measured distributions of lights")
 
     def _lamp(self, prim: Any, light: Any, radiance: _Array, vertices: _Array, faces: _Array) -> None:
         """A light with a surface."""

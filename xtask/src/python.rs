@@ -24,8 +24,7 @@ pub(crate) fn test(tally: &mut Tally) -> Result<(), String> {
         return Ok(());
     };
     let package = package(&folder.join("package"))?;
-    let without: Vec<String> = EXTRAS.iter().map(|file| format!("--ignore=python/tests/{file}")).collect();
-    let alone = pytest(&plain, Some(&package), &without, tally);
+    let alone = pytest(&plain, Some(&package), &without_extras(), tally);
     let extras: Vec<String> = EXTRAS.iter().map(|file| format!("python/tests/{file}")).collect();
     let with_extras = match environment(&python, &folder.join("extras"), "requirements-extras.txt") {
         Some(rich) => pytest(&rich, Some(&package), &extras, tally),
@@ -35,6 +34,11 @@ pub(crate) fn test(tally: &mut Tally) -> Result<(), String> {
         }
     };
     together([alone, with_extras])
+}
+
+/// Leaves the tests out that need packages beside NumPy.
+fn without_extras() -> Vec<String> {
+    EXTRAS.iter().map(|file| format!("--ignore=python/tests/{file}")).collect()
 }
 
 /// Builds the wheel as it is published, and tests it in an environment with NumPy alone.
@@ -49,8 +53,7 @@ pub(crate) fn wheel() -> Result<(), String> {
     let mut install = in_root(&clean, &["-m", "pip", "install", "--quiet", "--force-reinstall", "--no-deps"]);
     step("installation", install.arg(newest(&wheels)?))?;
     let mut tally = Tally::default();
-    let without: Vec<String> = EXTRAS.iter().map(|file| format!("--ignore=python/tests/{file}")).collect();
-    pytest(&clean, None, &without, &mut tally)?;
+    pytest(&clean, None, &without_extras(), &mut tally)?;
     tally.conclude("wheel", true)
 }
 

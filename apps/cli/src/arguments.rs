@@ -5,7 +5,7 @@ use crate::commands::{
 };
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use vastlight::gpu::{DeviceChoice, Executor};
-use vastlight::{Device, DeviceRequest, Error, ErrorClass, parse_bytes};
+use vastlight::{Device, DeviceRequest, Error, ErrorClass, LookChoice, SceneChoice, parse_bytes};
 
 /// A path tracer for scenes of any size
 ///
@@ -121,9 +121,6 @@ impl Common {
     }
 }
 
-/// Files a second of sequences, unless said.
-const SEQUENCE_FPS: f32 = 24.0;
-
 /// Where a scene comes from and what is changed about it.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Scene options")]
@@ -156,7 +153,7 @@ pub(crate) struct SceneOptions {
     #[arg(long, value_name = "NAME")]
     animation: Option<String>,
     /// Files a second of a sequence (mesh.####.ply)
-    #[arg(long, value_name = "N", default_value_t = SEQUENCE_FPS, value_parser = crate::values::positive)]
+    #[arg(long, value_name = "N", default_value_t = SceneChoice::SEQUENCE_FPS, value_parser = crate::values::positive)]
     sequence_fps: f32,
     /// Triangles of a demo scene whose size can be chosen
     #[arg(long, value_name = "N")]
@@ -170,37 +167,29 @@ pub(crate) struct SceneOptions {
 }
 
 impl SceneOptions {
+    /// What is said of the scene.
+    fn choice(&self) -> SceneChoice {
+        SceneChoice {
+            file_scene: self.file_scene.clone(),
+            animation: self.animation.clone(),
+            sequence_fps: self.sequence_fps,
+            triangles: self.triangles,
+            texture_bytes: self.texture_bytes,
+            time: self.time,
+            environment: self.env.clone(),
+            sun: self.sun,
+            overrides: self.overrides.iter().cloned().map(LookChoice::File).collect(),
+        }
+    }
+
     /// How the scene is opened.
     pub(crate) fn load_options(&self, common: &Common) -> Result<vastlight::LoadOptions, Error> {
-        let mut options = common.load_options();
-        options.import.scene.clone_from(&self.file_scene);
-        options.import.animation.clone_from(&self.animation);
-        options.import.sequence_fps = self.sequence_fps;
-        options.generate.triangles = self.triangles;
-        options.generate.texture_bytes = self.texture_bytes;
-        options.time = self.time;
-        options.environment.clone_from(&self.env);
-        options.sun = self.sun;
-        let overrides = self.overrides.iter().map(|path| vastlight::Overrides::read(path));
-        options.overrides = overrides.collect::<Result<_, _>>()?;
-        Ok(options)
+        self.choice().apply(common.load_options())
     }
 
     /// The same on a command line, but for the moment.
     pub(crate) fn words(&self) -> Vec<String> {
-        let path = |path: &std::path::PathBuf| path.display().to_string();
-        let overrides = self.overrides.iter().map(|file| ("--override", Some(path(file))));
-        let given = [
-            ("--env", self.env.as_ref().map(path)),
-            ("--sun", self.sun.map(|[azimuth, elevation]| format!("{azimuth},{elevation}"))),
-            ("--file-scene", self.file_scene.clone()),
-            ("--animation", self.animation.clone()),
-            ("--sequence-fps", (self.sequence_fps != SEQUENCE_FPS).then(|| self.sequence_fps.to_string())),
-            ("--triangles", self.triangles.map(|n| n.to_string())),
-            ("--texture-bytes", self.texture_bytes.map(|n| n.to_string())),
-        ];
-        let given = given.into_iter().chain(overrides);
-        given.filter_map(|(flag, value)| Some([flag.to_owned(), value?])).flatten().collect()
+        self.choice().words()
     }
 }
 

@@ -3,11 +3,11 @@
 use std::ops::Range;
 use std::time::Duration;
 use vastlight::accel::cluster::Heuristic;
-use vastlight::default_size;
 use vastlight::math::Vec3;
 use vastlight::trace::UpdateMethod;
 use vastlight::transport::Tile;
 use vastlight::transport::photon::SearchKind;
+use vastlight::{LARGEST_EDGE, default_size};
 
 /// Picture size as it was asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,9 +19,6 @@ pub(crate) enum Resolution {
     /// Part of the default size.
     Scale(f32),
 }
-
-/// Largest edge of a picture.
-const LARGEST_EDGE: u32 = 65_536;
 
 impl Resolution {
     /// Width and height for a camera with the given shape.

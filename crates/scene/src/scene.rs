@@ -221,7 +221,7 @@ impl Scene {
             (desc.materials, desc.lights, desc.environment) = (before.0, before.1, before.2);
             desc.images.truncate(before.3);
         }
-        *environment = environment_or_sky(desc);
+        *environment = desc.surroundings();
         outcome
     }
 
@@ -269,7 +269,7 @@ impl Scene {
         }
         warn_of_implicit_lamps(&mut desc);
         warn_of_black_surroundings(&mut desc);
-        let environment = environment_or_sky(&desc);
+        let environment = desc.surroundings();
         Self {
             desc,
             instances: Arc::new(instances),
@@ -638,16 +638,19 @@ fn warn_of_black_surroundings(desc: &mut SceneDesc) {
     }
 }
 
-/// What the description says, or a sky where nothing else lights the scene.
-///
-/// A material that emits no more than a radiance of 1 is a glowing label or display, not a lamp: files full of those
-/// are meant to be seen under a viewer's own light. Lights without surface alone are a choice of the author's, but not
-/// what a viewer with surroundings of its own would show, so a hint stands in the diagnostics.
-fn environment_or_sky(desc: &SceneDesc) -> Environment {
-    match &desc.environment {
-        Some(environment) => environment.clone(),
-        None if !desc.lights.is_empty() || has_lamp(desc) => Environment::Constant(Vec3::ZERO),
-        None => Environment::Sky(Sky::default()),
+impl SceneDesc {
+    /// What the description says, or a sky where nothing else lights the scene.
+    ///
+    /// A material that emits no more than a radiance of 1 is a glowing label or display, not a lamp: files full of those
+    /// are meant to be seen under a viewer's own light. Lights without surface alone are a choice of the author's, but not
+    /// what a viewer with surroundings of its own would show, so a hint stands in the diagnostics.
+    #[must_use]
+    pub fn surroundings(&self) -> Environment {
+        match &self.environment {
+            Some(environment) => environment.clone(),
+            None if !self.lights.is_empty() || has_lamp(self) => Environment::Constant(Vec3::ZERO),
+            None => Environment::Sky(Sky::default()),
+        }
     }
 }
 

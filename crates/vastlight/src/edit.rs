@@ -1,11 +1,12 @@
 //! Changes of a session's scene that are no looks: places, vertices, things that come and go.
 
 use crate::{Error, Session};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
+use std::f32::consts::PI;
 use vastlight_math::{Affine3, Vec3};
 use vastlight_scene::{
-    Camera, Instance, Light, Material, Mesh, MeshPose, MeshPreparation, Part, Pose, Scene, SceneDesc,
-    SceneError, can_be_placed, is_usable,
+    Camera, Instance, Light, LightKind, Material, Mesh, MeshPose, MeshPreparation, Part, Pose, Projection,
+    Scene, SceneDesc, SceneError, can_be_placed, is_usable,
 };
 use vastlight_trace::PoseReport;
 
@@ -21,7 +22,7 @@ pub enum Addition {
         /// Where it stands.
         world_from_object: Affine3,
     },
-    /// A material; one of that name stays what it is.
+    /// A material, in place of one of that name if there is one.
     Material(Box<Material>),
     /// A light without surface.
     Light(Light),
@@ -32,48 +33,150 @@ pub enum Addition {
 /// The name of what has no material of its own.
 const NEUTRAL: &str = "neutral";
 
+/// Things of a scene that have names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Table {
+    /// Materials.
+    Materials,
+    /// Lights without surface.
+    Lights,
+    /// Cameras.
+    Cameras,
+}
+
 impl Addition {
-    /// Refuses what a scene does not take.
-    ///
-    /// # Errors
-    /// A mesh with an index or an attribute that is wrong, or a place that is singular or not finite.
-    pub fn check(&self) -> Result<(), Error> {
-        match self {
+    /// Refuses what a scene does not take: a mesh with an index or an attribute that is wrong, a place that is singular or not
+    /// finite, numbers that mean nothing.
+    fn checked(mut self) -> Result<Self, Error> {
+        match &mut self {
             Self::Mesh { mesh, world_from_object, .. } => {
+                mesh.parts.clear();
                 if let Some(vertex) = mesh.positions.iter().position(|&p| !is_usable(p)) {
                     let what = format!("vertex {vertex} is not finite or beyond 1e15");
                     return Err(Error::scene(what, format!("mesh \"{}\"", mesh.name), ""));
                 }
+                check_normals(&mesh.normals, &mesh.name)?;
                 MeshPreparation::new(&SceneDesc::default()).check(mesh)?;
-                check_place(world_from_object, &mesh.name)
+                check_place(world_from_object, &mesh.name)?;
             }
-            Self::Material(_) => Ok(()),
-            Self::Light(light) => check_place(&light.world_from_light, &light.name),
-            Self::Camera(camera) => check_place(&camera.world_from_camera, &camera.name),
+            Self::Material(_) => {}
+            Self::Light(light) => check_light(light)?,
+            Self::Camera(camera) => check_camera(camera)?,
         }
+        Ok(self)
     }
 
-    /// Puts it into a description.
-    fn put(self, desc: &mut SceneDesc) -> Result<(), Error> {
-        match self {
-            Self::Mesh { mut mesh, material, world_from_object } => {
-                let material = material_number(desc, material.as_deref())?;
+    /// The name that it brings into a table.
+    fn name_in(&self, table: Table) -> Option<&str> {
+        match (self, table) {
+            (Self::Mesh { material: None, .. }, Table::Materials) => Some(NEUTRAL),
+            (Self::Material(material), Table::Materials) => Some(&material.name),
+            (Self::Light(light), Table::Lights) => Some(&light.name),
+            (Self::Camera(camera), Table::Cameras) => Some(&camera.name),
+            _ => None,
+        }
+    }
+}
+
+/// A description into which things are put.
+struct Incoming<'d> {
+    desc: &'d mut SceneDesc,
+    /// The first material of each name.
+    materials: HashMap<String, u32>,
+}
+
+impl<'d> Incoming<'d> {
+    fn new(desc: &'d mut SceneDesc) -> Self {
+        let mut materials = HashMap::new();
+        for (number, material) in (0..).zip(&desc.materials) {
+            materials.entry(material.name.clone()).or_insert(number);
+        }
+        Self { desc, materials }
+    }
+
+    fn put(&mut self, addition: Addition) -> Result<(), Error> {
+        match addition {
+            Addition::Mesh { mut mesh, material, world_from_object } => {
+                let material = self.material(material.as_deref())?;
+                let desc = &mut *self.desc;
                 mesh.parts = vec![Part { first_triangle: 0, material }];
                 let (number, name) = (desc.meshes.len() as u32, desc.names.len() as u32);
                 desc.names.push(mesh.name.clone());
                 desc.instances.push(Instance { world_from_object, mesh: number, name });
                 desc.meshes.push(*mesh);
             }
-            Self::Material(material) => {
-                if !desc.materials.iter().any(|known| known.name == material.name) {
-                    desc.materials.push(*material);
-                }
-            }
-            Self::Light(light) => desc.lights.push(light),
-            Self::Camera(camera) => desc.cameras.push(camera),
+            Addition::Material(material) => match self.materials.get(&material.name) {
+                Some(&number) => self.desc.materials[number as usize] = *material,
+                None => drop(self.add_material(*material)),
+            },
+            Addition::Light(light) => self.desc.lights.push(light),
+            Addition::Camera(camera) => self.desc.cameras.push(camera),
         }
         Ok(())
     }
+
+    fn add_material(&mut self, material: Material) -> u32 {
+        let number = self.desc.materials.len() as u32;
+        self.materials.insert(material.name.clone(), number);
+        self.desc.materials.push(material);
+        number
+    }
+
+    /// The number of a material; a neutral one is added if none was asked for and there is none.
+    fn material(&mut self, name: Option<&str>) -> Result<u32, Error> {
+        let wanted = name.unwrap_or(NEUTRAL);
+        match self.materials.get(wanted) {
+            Some(&number) => Ok(number),
+            None if name.is_none() => Ok(self.add_material(Material::new(NEUTRAL))),
+            None => Err(no_material(wanted)),
+        }
+    }
+}
+
+fn no_material(name: &str) -> Error {
+    Error::scene(format!("no material is named \"{name}\""), "material", "add it first")
+}
+
+/// Refuses what is not so, in words.
+fn expect(is_so: bool, what: &str, name: &str) -> Result<(), Error> {
+    if is_so { Ok(()) } else { Err(Error::scene(what, format!("\"{name}\""), "")) }
+}
+
+fn check_normals(normals: &[Vec3], name: &str) -> Result<(), Error> {
+    expect(normals.iter().all(|normal| normal.is_finite()), "a normal is not finite", name)
+}
+
+fn check_light(light: &Light) -> Result<(), Error> {
+    let Light { name, kind, world_from_light, intensity, .. } = light;
+    expect(
+        intensity.is_finite() && intensity.min_element() >= 0.0,
+        "the intensity must be 0 or more, and finite",
+        name,
+    )?;
+    if let LightKind::Spot { inner, outer } = *kind {
+        let fits = inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= PI;
+        expect(fits, "angles of a spot go from 0 over the inner and the outer one to half a turn", name)?;
+    }
+    check_place(world_from_light, name)
+}
+
+fn check_camera(camera: &Camera) -> Result<(), Error> {
+    let Camera { name, world_from_camera, projection, .. } = camera;
+    if let Projection::Perspective { vertical_fov, lens_radius, focus_distance } = *projection {
+        expect(
+            vertical_fov > 0.0 && vertical_fov < PI,
+            "the angle of view is between 0 and 180 degrees",
+            name,
+        )?;
+        expect(
+            lens_radius >= 0.0 && lens_radius.is_finite(),
+            "the lens's radius must be 0 or more, and finite",
+            name,
+        )?;
+        let is_in_front = focus_distance > 0.0 && focus_distance.is_finite();
+        expect(is_in_front, "the focus distance must be more than 0, and finite", name)?;
+    }
+    check_place(world_from_camera, name)
 }
 
 fn check_place(map: &Affine3, name: &str) -> Result<(), Error> {
@@ -82,19 +185,6 @@ fn check_place(map: &Affine3, name: &str) -> Result<(), Error> {
     }
     let hint = "give a matrix with an inverse";
     Err(Error::scene("the transform is singular or not finite", format!("\"{name}\""), hint))
-}
-
-/// The number of a material, which is added if none was asked for and there is none.
-fn material_number(desc: &mut SceneDesc, name: Option<&str>) -> Result<u32, Error> {
-    let wanted = name.unwrap_or(NEUTRAL);
-    match desc.materials.iter().position(|material| material.name == wanted) {
-        Some(number) => Ok(number as u32),
-        None if name.is_none() => {
-            desc.materials.push(Material::new(NEUTRAL));
-            Ok(desc.materials.len() as u32 - 1)
-        }
-        None => Err(Error::scene(format!("no material is named \"{wanted}\""), "material", "add it first")),
-    }
 }
 
 /// Shading normals of a mesh: those of its triangles at each vertex, weighted by their areas.
@@ -134,11 +224,15 @@ fn keep_used_names(desc: &mut SceneDesc) {
 }
 
 impl Session {
-    /// Puts an instance in another place; structures follow. A moment of what moves ([`Session::pose`]) takes it back where it moves.
+    /// Puts an instance in another place; structures follow. A moment of what moves ([`Session::pose`], [`Session::expose`]) takes it back
+    /// where it moves.
     ///
     /// # Errors
     /// There is no such instance, or the place is singular.
     pub fn place(&mut self, instance: u32, world_from_object: Affine3) -> Result<PoseReport, Error> {
+        if instance as usize >= self.open().scene.instances().len() {
+            return Err(no_instance(instance, "scene"));
+        }
         check_place(&world_from_object, self.open().scene.instance_name(instance))?;
         let place = self.open().scene.place_in_table(instance);
         self.apply(Pose { instances: vec![(place, world_from_object)], ..Pose::default() })
@@ -167,6 +261,7 @@ impl Session {
                 "load the file, not its store",
             ));
         }
+        check_normals(normals.as_deref().unwrap_or_default(), &known.name)?;
         let derive = || vertex_normals(&positions, &known.triangles);
         let normals = match (known.normals.is_empty(), normals) {
             (true, None) => Vec::new(),
@@ -187,22 +282,72 @@ impl Session {
     /// Puts things into the scene, all or none; instances and meshes get other numbers. Structures are built anew when they are needed.
     ///
     /// # Errors
-    /// Those of [`Addition::check`], a material that is not there, or the scene is in a store.
+    /// Those of [`Session::put`].
     pub fn add(&mut self, additions: Vec<Addition>) -> Result<(), Error> {
-        additions.iter().try_for_each(Addition::check)?;
-        let materials = &self.open().scene.desc().materials;
-        let mut known: BTreeSet<String> = materials.iter().map(|material| material.name.clone()).collect();
-        for addition in &additions {
-            match addition {
-                Addition::Mesh { material: Some(name), .. } if !known.contains(name) => {
-                    let what = format!("no material is named \"{name}\"");
-                    return Err(Error::scene(what, "material", "add it first"));
-                }
-                Addition::Material(material) => drop(known.insert(material.name.clone())),
-                _ => {}
-            }
+        self.put(additions)?;
+        self.settle()
+    }
+
+    /// Lets things wait for [`Session::settle`], all or none: many that are put in together cost no more than one.
+    ///
+    /// # Errors
+    /// A mesh with an index or an attribute that is wrong, a place that is singular or not finite, numbers that mean nothing, a
+    /// material that is not there; or the scene is in a store.
+    pub fn put(&mut self, additions: Vec<Addition>) -> Result<(), Error> {
+        self.refuse_store()?;
+        let before = self.pending.len();
+        let outcome = additions.into_iter().try_for_each(|addition| self.put_one(addition));
+        if outcome.is_err() {
+            self.pending.truncate(before);
         }
-        self.rebuild(|desc| additions.into_iter().try_for_each(|addition| addition.put(desc)))
+        outcome
+    }
+
+    fn put_one(&mut self, addition: Addition) -> Result<(), Error> {
+        let addition = addition.checked()?;
+        match &addition {
+            Addition::Mesh { material: Some(name), .. } if !self.has(Table::Materials, name) => {
+                return Err(no_material(name));
+            }
+            _ => {}
+        }
+        self.pending.push(addition);
+        Ok(())
+    }
+
+    /// Puts what waits into the scene.
+    ///
+    /// # Errors
+    /// Those of a scene.
+    pub fn settle(&mut self) -> Result<(), Error> {
+        if self.pending.is_empty() {
+            return Ok(());
+        }
+        let mut additions = std::mem::take(&mut self.pending).into_iter();
+        self.rebuild(|desc| {
+            let mut incoming = Incoming::new(desc);
+            additions.try_for_each(|addition| incoming.put(addition))
+        })
+    }
+
+    /// Names in a table, in its order and with those of what waits; each as often as it is there.
+    #[must_use]
+    pub fn names_in(&self, table: Table) -> Vec<&str> {
+        let desc = self.open().scene.desc();
+        let mut names: Vec<&str> = match table {
+            Table::Materials => desc.materials.iter().map(|m| m.name.as_str()).collect(),
+            Table::Lights => desc.lights.iter().map(|l| l.name.as_str()).collect(),
+            Table::Cameras => desc.cameras.iter().map(|c| c.name.as_str()).collect(),
+        };
+        names.extend(self.pending.iter().filter_map(|addition| addition.name_in(table)));
+        names
+    }
+
+    /// Whether a name is in a table, or waits for it.
+    #[must_use]
+    pub fn has(&self, table: Table, name: &str) -> bool {
+        // What came last is asked for first.
+        self.names_in(table).into_iter().rev().any(|known| known == name)
     }
 
     /// Takes instances out of the scene, and meshes of which none is left; others get other numbers.
@@ -210,6 +355,7 @@ impl Session {
     /// # Errors
     /// There is no such instance, the scene moves, or is in a store.
     pub fn remove(&mut self, instances: &[u32]) -> Result<(), Error> {
+        self.settle()?;
         let scene = &self.open().scene;
         if scene.motion().is_some() {
             let hint = "put it out of sight by its transform";
@@ -217,7 +363,7 @@ impl Session {
         }
         let count = scene.instances().len();
         if let Some(outside) = instances.iter().find(|&&i| i as usize >= count) {
-            return Err(Error::scene(format!("instance {outside} does not exist"), "remove", ""));
+            return Err(no_instance(*outside, "remove"));
         }
         let instances = instances.iter().map(|&i| i as usize).collect();
         self.rebuild(|desc| {
@@ -225,6 +371,10 @@ impl Session {
             Ok(())
         })
     }
+}
+
+fn no_instance(number: u32, place: &str) -> Error {
+    Error::scene(format!("instance {number} does not exist"), place, "")
 }
 
 /// The scene of a changed description.

@@ -5,7 +5,7 @@ use crate::manifest::{self, is_manifest};
 use crate::memory::default_budget_bytes;
 use crate::merge::Merged;
 use crate::open::is_store;
-use crate::overrides::Overrides;
+use crate::overrides::{Files, Overrides};
 use crate::{Error, PackInput, environment};
 use std::path::{Path, PathBuf};
 use vastlight_import::{FileSize, LoadOptions as ImportOptions, Streamed};
@@ -316,13 +316,14 @@ fn settings(options: &LoadOptions) -> String {
 
 /// Changes a description as the options say.
 pub(crate) fn adapt(desc: &mut SceneDesc, options: &LoadOptions) -> Result<(), Error> {
+    let mut files = Files::new(options.import.limits);
     if let Some(path) = &options.environment {
-        environment::use_map(desc, path, &options.import.limits)?;
+        files.use_map(desc, path)?;
     }
     if let Some(sun) = options.sun {
         environment::use_sun(desc, sun);
     }
-    options.overrides.iter().try_for_each(|overrides| overrides.apply(desc, &options.import.limits))
+    options.overrides.iter().try_for_each(|overrides| overrides.apply(desc, &mut files))
 }
 
 /// The description of a scene as its file or generator gives it, unchecked and unchanged: of a file at rest, of a demo or a

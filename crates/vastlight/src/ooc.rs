@@ -39,7 +39,7 @@ pub fn measure_ooc(
     control: &Control<'_>,
     mut each: impl FnMut(&OocFigures) + Send,
 ) -> Result<(), Error> {
-    paged::pool(&request.paging)?.install(|| {
+    paged::kept_pool(&mut None, &request.paging)?.install(|| {
         let tracer = tracer_of(open, request)?;
         let materials = open.materials();
         let lights = Lights::new(&open.scene, &materials);

@@ -17,18 +17,19 @@
 //!
 //! Colours are linear Rec. 709. A name or key that is not there is an error that lists what is.
 
+mod files;
 mod ranges;
+
+pub(crate) use files::Files;
 
 use crate::{Error, environment};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use vastlight_import::Limits;
 use vastlight_math::Vec3;
 use vastlight_scene::{
-    AlphaMode, ColorInput, Conductor, Diagnostics, Environment, IesProfile, Light, Material, ScalarInput,
-    SceneDesc,
+    AlphaMode, ColorInput, Conductor, Environment, IesProfile, Light, Material, ScalarInput, SceneDesc,
 };
 
 /// The parsed file.
@@ -141,9 +142,14 @@ impl Overrides {
             let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
             Error::scene(e.message().replace('\n', "; "), format!("{place}:{line}"), "")
         })?;
-        match parsed.wrong() {
+        parsed.checked(place)
+    }
+
+    /// The same with its place, if its numbers mean something.
+    fn checked(self, place: &str) -> Result<Self, Error> {
+        match self.wrong() {
             Some(what) => Err(Error::scene(what, place, "see docs/overrides.md")),
-            None => Ok(Self { place: place.to_owned(), ..parsed }),
+            None => Ok(Self { place: place.to_owned(), ..self }),
         }
     }
 
@@ -160,7 +166,7 @@ impl Overrides {
     /// Reads the same as JSON; files are looked for in `folder`, and `place` names the text in messages.
     ///
     /// # Errors
-    /// If it is no JSON, or has keys that mean nothing.
+    /// If it is no JSON, or has keys or numbers that mean nothing.
     pub fn parse_json(text: &str, folder: &Path, place: &str) -> Result<Self, Error> {
         let parsed: Self = serde_json::from_str(text).map_err(|e| {
             let what = e.to_string();
@@ -168,7 +174,7 @@ impl Overrides {
             let what = what.split(" at line ").next().unwrap_or_default();
             Error::scene(what, place, "")
         })?;
-        Ok(Self { place: place.to_owned(), folder: folder.to_owned(), ..parsed })
+        Self { folder: folder.to_owned(), ..parsed }.checked(place)
     }
 
     /// Files that the changes name.
@@ -179,31 +185,29 @@ impl Overrides {
     }
 
     /// Changes the scene.
-    pub(crate) fn apply(&self, desc: &mut SceneDesc, limits: &Limits) -> Result<(), Error> {
+    pub(crate) fn apply(&self, desc: &mut SceneDesc, files: &mut Files) -> Result<(), Error> {
         for (name, change) in all_first(&self.materials) {
             self.apply_by_name("material", name, &mut desc.materials, |m| &m.name, |m| change.apply(m))?;
         }
         for (name, change) in all_first(&self.lights) {
-            let profile = self.profile(change, &mut desc.diagnostics, limits)?;
+            let path = change.ies.as_ref().map(|path| self.folder.join(path));
+            let profile = path.map(|path| files.profile(&path, &mut desc.diagnostics)).transpose()?;
             let apply = |light: &mut Light| change.apply(light, profile.as_ref());
             self.apply_by_name("light", name, &mut desc.lights, |l| &l.name, apply)?;
         }
         match &self.environment {
-            Some(change) => self.apply_environment(change, desc, limits),
+            Some(change) => self.apply_environment(change, desc, files),
             None => Ok(()),
         }
     }
 
-    /// The measured distribution that a change asks for.
-    fn profile(
-        &self,
-        change: &LightOverride,
-        found: &mut Diagnostics,
-        limits: &Limits,
-    ) -> Result<Option<Arc<IesProfile>>, Error> {
-        let Some(path) = &change.ies else { return Ok(None) };
-        let profile = vastlight_import::load_ies(&self.folder.join(path), limits, found)?;
-        Ok(Some(Arc::new(profile)))
+    /// Changes a material that is in no scene yet, by its name.
+    pub fn dress(&self, material: &mut Material) {
+        for (name, change) in all_first(&self.materials) {
+            if name == "*" || *name == material.name {
+                change.apply(material);
+            }
+        }
     }
 
     /// Applies `change` to every entry of that name.
@@ -239,7 +243,7 @@ impl Overrides {
         &self,
         change: &EnvironmentOverride,
         desc: &mut SceneDesc,
-        limits: &Limits,
+        files: &mut Files,
     ) -> Result<(), Error> {
         let kinds = [change.map.is_some(), change.color.is_some(), change.sun.is_some()];
         if kinds.iter().filter(|&&k| k).count() > 1 {
@@ -247,7 +251,7 @@ impl Overrides {
             return Err(Error::scene("the environment has two kinds of light", &self.place, hint));
         }
         if let Some(path) = &change.map {
-            environment::use_map(desc, &self.folder.join(path), limits)?;
+            files.use_map(desc, &self.folder.join(path))?;
         }
         if let Some(color) = change.color {
             desc.environment = Some(Environment::Constant(Vec3::from_array(color)));
@@ -258,6 +262,11 @@ impl Overrides {
         if let Some(turbidity) = change.turbidity {
             desc.environment =
                 Some(Environment::Sky(vastlight_scene::Sky { turbidity, ..environment::sky_of(desc) }));
+        }
+        if change.strength.is_some() || change.rotation.is_some() {
+            // The sky that a scene is given for want of anything else.
+            let given = Some(desc.surroundings()).filter(|given| matches!(given, Environment::Sky(_)));
+            desc.environment = desc.environment.take().or(given);
         }
         scale_and_turn(desc, change);
         Ok(())
@@ -357,6 +366,7 @@ fn set_color(input: &mut ColorInput, value: Option<[f32; 3]>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vastlight_import::Limits;
 
     fn scene() -> SceneDesc {
         let mut wood = Material::new("Wood");
@@ -366,7 +376,7 @@ mod tests {
 
     fn apply(text: &str) -> Result<SceneDesc, Error> {
         let mut desc = scene();
-        Overrides::parse(text, "o.toml")?.apply(&mut desc, &Limits::default())?;
+        Overrides::parse(text, "o.toml")?.apply(&mut desc, &mut Files::new(Limits::default()))?;
         Ok(desc)
     }
 
@@ -395,6 +405,10 @@ mod tests {
         let desc = apply("[environment]\ncolor = [1, 2, 3]\nstrength = 2").expect("applied");
         assert_eq!(desc.environment, Some(Environment::Constant(Vec3::new(2.0, 4.0, 6.0))));
         let desc = apply("[environment]\nsun = [90, 30]\nstrength = 0.5").expect("applied");
+        let given = apply("[environment]\nstrength = 0.5").expect("applied").environment;
+        let sky = vastlight_scene::Sky::default();
+        let half = vastlight_scene::Sky { strength: 0.5 * sky.strength, ..sky };
+        assert_eq!(given, Some(Environment::Sky(half)), "that of a scene without light");
         let Some(Environment::Sky(sky)) = desc.environment else { panic!("no sky") };
         assert!((sky.sun_elevation - 30_f32.to_radians()).abs() < 1e-6 && sky.strength == 0.5);
     }
@@ -416,10 +430,10 @@ mod tests {
         });
         let text = |name: &str| format!("[lights.Lamp]\nies = '{}'", folder.path().join(name).display());
         let change = Overrides::parse(&text("lamp.ies"), "o.toml").expect("parsed");
-        change.apply(&mut desc, &Limits::default()).expect("applied");
+        change.apply(&mut desc, &mut Files::new(Limits::default())).expect("applied");
         assert_eq!(desc.lights[0].profile.as_ref().map(|p| p.peak_candela), Some(200.0));
         let missing = Overrides::parse(&text("none.ies"), "o.toml").expect("parsed");
-        assert!(missing.apply(&mut desc, &Limits::default()).is_err());
+        assert!(missing.apply(&mut desc, &mut Files::new(Limits::default())).is_err());
     }
 
     #[test]
@@ -442,6 +456,14 @@ mod tests {
             let wrong = Overrides::parse(&format!("[{table}]\n{text}"), "o.toml").expect_err("refused");
             let key = text.split(' ').next().expect("a key");
             assert!(wrong.what.starts_with(&format!("{table}: {key} must be ")), "{}", wrong.what);
+            let (_, value) = text.split_once(" = ").expect("a value");
+            if value.contains(|c: char| c.is_ascii_alphabetic()) {
+                continue; // JSON has no such numbers.
+            }
+            let entry = format!("{{\"{key}\": {value}}}");
+            let json = table.rsplit('.').fold(entry, |inner, name| format!("{{\"{name}\": {inner}}}"));
+            let same = Overrides::parse_json(&json, "".as_ref(), "o.toml").expect_err("refused");
+            assert_eq!(same, wrong);
         }
         let limits =
             "roughness = 0\nmetallic = 1\nior = 0\nattenuation_distance = inf\nbase_color = [2, 0, 0]";

@@ -5,6 +5,7 @@ use crate::memory::{
 };
 use crate::{Error, ErrorClass, OpenScene, RenderRequest, peak_rss_bytes};
 use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::sync::Arc;
 use vastlight_accel::compact::SLACK;
 use vastlight_film::FilmTile;
 use vastlight_paging::{CacheConfig, Directory, Line, PageCache, PolicyKind};
@@ -68,11 +69,30 @@ impl Default for PagingRequest {
     }
 }
 
-/// A pool with a thread for every batch.
-pub(crate) fn pool(paging: &PagingRequest) -> Result<ThreadPool, Error> {
+/// Threads over a store, and what they were made for: a process, and how many there are.
+pub(crate) type KeptPool = ((u32, usize), Arc<ThreadPool>);
+
+/// A pool with a thread for every batch: the one that is there, if it has as many, or a new one.
+pub(crate) fn kept_pool(
+    kept: &mut Option<KeptPool>,
+    paging: &PagingRequest,
+) -> Result<Arc<ThreadPool>, Error> {
     let threads = rayon::current_num_threads() * paging.batches_per_thread.max(1);
+    let asked = (std::process::id(), threads);
+    if let Some((made_for, pool)) = kept
+        && *made_for == asked
+    {
+        return Ok(Arc::clone(pool));
+    }
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
-    pool.map_err(|error| Error::usage(error.to_string(), "--threads", ""))
+    let pool = Arc::new(pool.map_err(|error| Error::usage(error.to_string(), "--threads", ""))?);
+    if let Some(((process, _), before)) = kept.replace((asked, Arc::clone(&pool)))
+        && process != asked.0
+    {
+        // The threads of another process are not here to be ended.
+        std::mem::forget(before);
+    }
+    Ok(pool)
 }
 
 /// Bytes of a path in scenes like this.
@@ -133,6 +153,21 @@ pub(crate) fn kept_caches<'k>(
     Ok(Some(&kept.insert((asked, caches)).1))
 }
 
+/// The caches that are there, if they were made for so much memory and as many threads, whatever the picture; or new ones.
+pub(crate) fn any_caches<'k>(
+    kept: &'k mut Option<KeptCaches>,
+    open: &OpenScene,
+    request: &RenderRequest,
+    most_tiles: usize,
+) -> Result<Option<&'k Caches>, Error> {
+    let asked = (request.paging, rayon::current_num_threads());
+    let fits = |((paging, _, threads), _): &KeptCaches| (*paging, *threads) == asked;
+    if !kept.as_ref().is_some_and(fits) {
+        return kept_caches(kept, open, request, most_tiles);
+    }
+    Ok(kept.as_ref().map(|(_, caches)| caches))
+}
+
 /// Bytes of what a picture is made in.
 fn picture_bytes(request: &RenderRequest) -> u64 {
     let pixels = request.settings.region().pixels();
@@ -162,7 +197,7 @@ pub struct StoredMemory {
 pub fn stored_memory(open: &OpenScene, pixels: u64) -> Result<Option<StoredMemory>, Error> {
     let Some(stored) = &open.stored else { return Ok(None) };
     let paging = PagingRequest { memory: Some(0), ..PagingRequest::default() };
-    Ok(Some(pool(&paging)?.install(|| {
+    Ok(Some(kept_pool(&mut None, &paging)?.install(|| {
         let beside = open.triangles_beside_pages();
         let to_come = structure_bytes(beside) + moving_bytes(beside);
         let kinds = Kinds::new((stored, to_come), &paging, open.materials().most_tiles());

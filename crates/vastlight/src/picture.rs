@@ -7,7 +7,7 @@ use vastlight_transport::photon::PhotonSettings;
 /// Rows of a picture whose size nobody asked for.
 const DEFAULT_ROWS: u32 = 720;
 /// Largest edge of a picture.
-const LARGEST_EDGE: u32 = 65_536;
+pub const LARGEST_EDGE: u32 = 65_536;
 /// Photons of a point light where they are sent by a grid.
 const PUBLISHED: u32 = 256 * 256;
 

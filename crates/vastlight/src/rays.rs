@@ -1,6 +1,6 @@
 //! Arrays of rays, asked of a session's scene.
 
-use crate::{Error, OpenScene, RenderRequest, Session, paged};
+use crate::{Error, OpenScene, RenderRequest, Session};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -230,7 +230,7 @@ impl Session {
                 Ok(())
             }),
             Some(caches) => array.parts(rays, |rays, part| {
-                trace_paged(open, tracer, caches, rays, answers.chunks(part, CHUNK))
+                trace_paged(open, (tracer, caches), (rays, array.cancel), answers.chunks(part, CHUNK))
             }),
         })?;
         self.rays = buffers;
@@ -268,7 +268,7 @@ impl Session {
                     sorter.occluded(tracer, SortRays::Auto, rays, &mut occluded[part]);
                     Ok(())
                 }
-                Some(caches) => occluded_paged(tracer, caches, rays, &mut occluded[part]),
+                Some(caches) => occluded_paged((tracer, caches), (rays, array.cancel), &mut occluded[part]),
             })
         })?;
         self.rays = buffers;
@@ -282,23 +282,28 @@ impl Session {
         trace: impl FnOnce(&OpenScene, &Tracer, Option<&Caches>) -> Result<(), Error> + Send,
     ) -> Result<(), Error> {
         let request = request_for(&self.open().scene, memory);
-        let is_stored = self.open().stored.is_some();
+        let pool = self.open().stored.is_some().then(|| self.store_pool(&request.paging)).transpose()?;
         let here = || {
             let (open, tracer, caches) = self.structures(&request)?;
             trace(open, tracer, caches)
         };
-        if is_stored { paged::pool(&request.paging)?.install(here) } else { here() }
+        match pool {
+            Some(pool) => pool.install(here),
+            None => here(),
+        }
     }
 }
 
 fn trace_paged<'a>(
     OpenScene { scene, .. }: &OpenScene,
-    tracer: &Tracer,
-    caches: &Caches,
-    rays: &[Ray],
+    (tracer, caches): (&Tracer, &Caches),
+    (rays, cancel): (&[Ray], &AtomicBool),
     answers: impl IndexedParallelIterator<Item = Rows<'a>>,
 ) -> Result<(), Error> {
     rays.par_chunks(CHUNK).zip(answers).with_max_len(1).try_for_each(|(rays, mut rows)| {
+        if cancel.load(Ordering::Relaxed) {
+            return Ok(());
+        }
         let mut facing = Facing::new(scene);
         through(caches, |batch, pager| {
             batch.closest(tracer, pager, rays, None, |row, hit: &Hit, found: &Found| {
@@ -310,13 +315,15 @@ fn trace_paged<'a>(
 }
 
 fn occluded_paged(
-    tracer: &Tracer,
-    caches: &Caches,
-    rays: &[Ray],
+    (tracer, caches): (&Tracer, &Caches),
+    (rays, cancel): (&[Ray], &AtomicBool),
     occluded: &mut [bool],
 ) -> Result<(), Error> {
     let chunks = rays.par_chunks(CHUNK).zip(occluded.par_chunks_mut(CHUNK)).with_max_len(1);
     chunks.try_for_each(|(rays, occluded)| {
+        if cancel.load(Ordering::Relaxed) {
+            return Ok(());
+        }
         through(caches, |batch, pager| batch.occluded(tracer, pager, rays, None, occluded))
     })
 }

@@ -3,7 +3,7 @@
 use crate::checkpoint::{Checkpoint, restore};
 use crate::device::{Device, DeviceRequest, Tiles, Worker, structures};
 use crate::ids::Ids;
-use crate::paged::{KeptCaches, PagingRequest, kept_caches};
+use crate::paged::{KeptCaches, PagingRequest, kept_caches, kept_pool};
 use crate::recipe::recipe;
 use crate::run::Run;
 use crate::session::{Kept, kept_tracer};
@@ -199,10 +199,12 @@ pub(crate) fn render_keeping(
         }
         Err(error) => return Err(error),
     };
+    let pool = open.stored.is_some().then(|| kept_pool(&mut kept.pool, &request.paging)).transpose()?;
     let parts = (&mut kept.tracer, &mut kept.caches);
-    let rendered = match &open.stored {
-        None => render_with(open, request, control, parts, None),
-        Some(_) => paged::pool(&request.paging)?.install(|| render_with(open, request, control, parts, None)),
+    let here = || render_with(open, request, control, parts, None);
+    let rendered = match pool {
+        Some(pool) => pool.install(here),
+        None => here(),
     };
     if rendered.is_err() {
         kept.caches = None;
@@ -236,7 +238,7 @@ fn on_graphics_processor(
         kept.executor = None;
         kept.executor = request.device.open()?.map(|executor| (request.device, executor));
     }
-    let Kept { tracer, executor: Some((_, executor)), caches } = kept else { return Ok(None) };
+    let Kept { tracer, executor: Some((_, executor)), caches, .. } = kept else { return Ok(None) };
     let request = RenderRequest { tracer: structures(request), ..request.clone() };
     let rendered = render_with(open, &request, control, (tracer, caches), Some(executor));
     if rendered.is_err() {

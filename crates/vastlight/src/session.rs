@@ -1,20 +1,22 @@
 //! An open scene with what pictures of it share: structures for rays, and a graphics processor. Frames of a scene that moves
 //! update them.
 
-use crate::edit::changed;
+use crate::edit::{Addition, changed};
 use crate::fingerprint::fingerprint;
 use crate::live::{Live, LiveParts};
 use crate::open::check_looks;
-use crate::paged::{KeptCaches, kept_caches};
+use crate::overrides::Files;
+use crate::paged::{KeptCaches, KeptPool, any_caches, kept_caches, kept_pool};
 use crate::rays::RayBuffers;
 use crate::render::{render_keeping, tracer_of};
 use crate::{
-    Control, DeviceRequest, Error, ErrorClass, Exposure, LoadOptions, OpenScene, Overrides, RenderRequest,
-    Rendered, open, paged,
+    Control, DeviceRequest, Error, ErrorClass, Exposure, LoadOptions, OpenScene, Overrides, PagingRequest,
+    RenderRequest, Rendered, open,
 };
+use rayon::ThreadPool;
+use std::sync::Arc;
 use std::time::Instant;
 use vastlight_gpu::Executor;
-use vastlight_import::Limits;
 use vastlight_scene::{Environment, Light, Material, Pose, Scene, SceneDesc, generate};
 use vastlight_trace::paged::Caches;
 use vastlight_trace::{PoseError, PoseReport, Tracer, TracerConfig};
@@ -27,6 +29,8 @@ pub(crate) struct Kept {
     /// The graphics processor, and how it was asked for.
     pub(crate) executor: Option<(DeviceRequest, Executor)>,
     pub(crate) caches: Option<KeptCaches>,
+    /// Threads for a scene in a store.
+    pub(crate) pool: Option<KeptPool>,
 }
 
 /// What a scene looked like when it was opened.
@@ -46,10 +50,10 @@ impl Looks {
     }
 
     /// Undoes changes; lights stay where they have moved to.
-    fn restore(&self, desc: &mut SceneDesc) {
+    fn restore(&self, desc: &mut SceneDesc, files: &mut Files) {
         desc.materials.clone_from(&self.materials);
         desc.environment.clone_from(&self.environment);
-        desc.images.truncate(self.images);
+        files.take_back(desc, self.images);
         for (light, looked) in desc.lights.iter_mut().zip(&self.lights) {
             *light = Light { world_from_light: light.world_from_light, ..looked.clone() };
         }
@@ -75,7 +79,9 @@ pub struct Session {
     moving: u64,
     /// Where the scene comes from, if moments of it are made by opening it again.
     reopened: Option<(String, LoadOptions)>,
-    limits: Limits,
+    files: Files,
+    /// What waits to be put into the scene.
+    pub(crate) pending: Vec<Addition>,
     /// Changes since the scene was opened, and what they change.
     revision: Option<(Overrides, Looks)>,
     /// Whether places, vertices or tables are others than those that were opened.
@@ -91,13 +97,13 @@ impl Session {
             && source.strip_prefix("demo:").is_some_and(generate::moves)
             && open.stored.is_none();
         let reopened = is_function.then(|| (source.to_owned(), options.clone()));
-        let limits = options.import.limits;
         Self {
             open,
             kept: Kept::default(),
             moving: 0,
             reopened,
-            limits,
+            files: Files::new(options.import.limits),
+            pending: Vec::new(),
             revision: None,
             edited: false,
             rays: RayBuffers::default(),
@@ -132,7 +138,7 @@ impl Session {
             };
             return Err(Error::usage(what, "--shutter", hint));
         }
-        if let Some((source, options)) = &mut self.reopened {
+        if let Some((source, options)) = &self.reopened {
             if self.edited {
                 let hint = "change places, vertices and meshes after the time is set, in a scene that is loaded anew";
                 return Err(Error::usage(
@@ -141,25 +147,45 @@ impl Session {
                     hint,
                 ));
             }
-            options.time = Some(time);
-            self.open = open(source, options)?;
-            self.kept.tracer = None;
-            if let Some((changes, _)) = self.revision.take() {
-                self.revise(&changes)?;
-            }
-            return Ok(PoseReport::default());
+            let options = LoadOptions { time: Some(time), ..options.clone() };
+            let source = source.clone();
+            return self.remake(source, options);
         }
         let poses = exposure.poses(&self.open.scene, time)?;
-        let report = match self.kept.tracer.take() {
-            Some((config, mut tracer)) => {
-                let report = tracer.open_shutter(&mut self.open.scene, poses)?;
-                self.kept.tracer = Some((config, tracer));
-                report
-            }
-            None => PoseReport { change: self.open.scene.open_shutter(poses)?, ..PoseReport::default() },
-        };
+        let report = self.follow(poses)?;
         self.moving = self.triangles_of(&report.change.meshes);
         Ok(report)
+    }
+
+    /// Opens the scene again, at another moment, with its looks; after an error all is as it was.
+    fn remake(&mut self, source: String, options: LoadOptions) -> Result<PoseReport, Error> {
+        let before = std::mem::replace(&mut self.open, open(&source, &options)?);
+        let revision = self.revision.take();
+        if let Some(Err(error)) = revision.as_ref().map(|(changes, _)| self.revise(changes)) {
+            (self.open, self.revision) = (before, revision);
+            return Err(error);
+        }
+        self.reopened = Some((source, options));
+        self.kept.tracer = None;
+        Ok(PoseReport::default())
+    }
+
+    /// Brings the scene to a pose, or opens its shutter over several, and lets structures that are there follow.
+    fn follow(&mut self, poses: Vec<Pose>) -> Result<PoseReport, PoseError> {
+        let opens = poses.len() > 1;
+        let Self { open: OpenScene { scene, .. }, kept: Kept { tracer, .. }, .. } = self;
+        let outcome = match tracer {
+            Some((_, tracer)) => tracer.open_shutter(scene, poses),
+            None => scene
+                .open_shutter(poses)
+                .map(|change| PoseReport { change, ..PoseReport::default() })
+                .map_err(PoseError::from),
+        };
+        // A pose that does not fit changes nothing, but those before it may have.
+        if matches!(outcome, Err(PoseError::Trace(_))) || opens && outcome.is_err() {
+            *tracer = None;
+        }
+        outcome
     }
 
     fn triangles_of(&self, meshes: &[u32]) -> u64 {
@@ -169,17 +195,9 @@ impl Session {
 
     /// Poses the scene by hand, and lets structures that are there follow.
     pub(crate) fn apply(&mut self, pose: Pose) -> Result<PoseReport, Error> {
-        let report = match self.kept.tracer.take() {
-            Some((config, mut tracer)) => {
-                let report = tracer.pose(&mut self.open.scene, pose);
-                if !matches!(report, Err(PoseError::Trace(_))) {
-                    self.kept.tracer = Some((config, tracer));
-                }
-                report?
-            }
-            None => PoseReport { change: self.open.scene.pose(pose)?, ..PoseReport::default() },
-        };
-        self.edited = true;
+        let outcome = self.follow(vec![pose]);
+        self.edited |= !matches!(outcome, Err(PoseError::Scene(_)));
+        let report = outcome?;
         self.moving = self.moving.max(self.triangles_of(&report.change.meshes));
         Ok(report)
     }
@@ -189,25 +207,30 @@ impl Session {
         &mut self,
         change: impl FnOnce(&mut SceneDesc) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        if self.open.stored.is_some() {
-            let hint = "change the file that it was packed from";
-            return Err(Error::usage("nothing is put into or taken out of a store", "scene", hint));
-        }
+        self.refuse_store()?;
         let revision = self.revision.take();
         let scene = std::mem::replace(&mut self.open.scene, Scene::new(SceneDesc::default())?);
         self.kept.tracer = None;
-        self.edited = true;
+        (self.edited, self.moving) = (true, 0);
+        let files = &mut self.files;
         let whole = |desc: &mut SceneDesc| {
             if let Some((_, looks)) = &revision {
-                looks.restore(desc);
+                looks.restore(desc, files);
             }
             change(desc)
         };
         self.open.scene = changed(scene, whole)?;
-        match &revision {
-            Some((changes, _)) => self.revise(changes),
-            None => Ok(()),
+        // Files were read before, and all names are there still.
+        revision.map_or(Ok(()), |(changes, _)| self.revise(&changes))
+    }
+
+    /// Refuses a scene whose tables cannot change.
+    pub(crate) fn refuse_store(&self) -> Result<(), Error> {
+        if self.open.stored.is_none() {
+            return Ok(());
         }
+        let hint = "change the file that it was packed from";
+        Err(Error::usage("nothing is put into or taken out of a store", "scene", hint))
     }
 
     /// What tells this scene from others, as it is: contents, not names of files or dates.
@@ -234,8 +257,13 @@ impl Session {
         let request = RenderRequest { tracer: config, ..request.clone() };
         let tracer = kept_tracer(tracer, open, &request)?;
         let most_tiles = if open.stored.is_some() { open.materials().most_tiles() } else { 0 };
-        let caches = kept_caches(caches, open, &request, most_tiles)?;
+        let caches = any_caches(caches, open, &request, most_tiles)?;
         Ok((open, tracer, caches))
+    }
+
+    /// Threads for a scene in a store: those that are there, or new ones.
+    pub(crate) fn store_pool(&mut self, paging: &PagingRequest) -> Result<Arc<ThreadPool>, Error> {
+        kept_pool(&mut self.kept.pool, paging)
     }
 
     /// Whether [`Session::pose`] does anything, and the time from the first moment to the last, in seconds, where there is one.
@@ -251,13 +279,13 @@ impl Session {
     /// # Errors
     /// They name what is not there, or need what a store does not have; then nothing is changed.
     pub fn revise(&mut self, changes: &Overrides) -> Result<(), Error> {
-        let Self { open: OpenScene { scene, stored }, limits, revision, .. } = self;
+        let Self { open: OpenScene { scene, stored }, files, revision, .. } = self;
         let fresh = || (Overrides::default(), Looks::of(scene.desc()));
         let (known, looks) = revision.take().unwrap_or_else(fresh);
         let mut look = |changes: &Overrides| {
             scene.revise(|desc| {
-                looks.restore(desc);
-                changes.apply(desc, limits)
+                looks.restore(desc, files);
+                changes.apply(desc, files)
             })?;
             stored.as_ref().map_or(Ok(()), |pages| check_looks(scene, pages))
         };
@@ -266,6 +294,7 @@ impl Session {
         if outcome.is_err() {
             look(&kept)?;
         }
+        files.drop_spare();
         *revision = Some((kept, looks));
         outcome
     }
@@ -284,7 +313,7 @@ impl Session {
         if self.open.stored.is_none() {
             return self.live_here(request, body);
         }
-        paged::pool(&request.paging)?.install(|| self.live_here(request, body))
+        self.store_pool(&request.paging)?.install(|| self.live_here(request, body))
     }
 
     fn live_here<R>(

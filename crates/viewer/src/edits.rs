@@ -34,7 +34,7 @@ pub(crate) struct MaterialEdit {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LightEdit {
-    scale: f32,
+    pub(crate) scale: f32,
 }
 
 /// How much brighter the environment is, and how far it is turned, degrees.

@@ -1,8 +1,8 @@
 //! The command line and the program that make the picture of the page again.
 
-use crate::develop::Channel;
 use crate::view::{IntegratorName, View};
 use serde_json::{Value, json};
+use vastlight::film::Aov;
 
 /// Both, and the override file that they need.
 pub(crate) fn of_view(view: &View, source: &str, arguments: &[String]) -> Value {
@@ -18,22 +18,40 @@ pub(crate) fn of_view(view: &View, source: &str, arguments: &[String]) -> Value 
 /// What to call the file of overrides.
 const OVERRIDES: &str = "edits.toml";
 
+/// What decides what is seen.
+struct Shown {
+    /// The output that is shown in place of the picture.
+    aov: Option<Aov>,
+    integrator: IntegratorName,
+    caustics: bool,
+}
+
+impl Shown {
+    fn new(view: &View) -> Self {
+        let aov = view.channel.aov();
+        let integrator = if aov.is_some() { IntegratorName::Primary } else { view.render.integrator };
+        let caustics = view.render.caustics && integrator == IntegratorName::Path;
+        Self { aov, integrator, caustics }
+    }
+
+    /// What to call the picture.
+    fn file(&self) -> &'static str {
+        if self.aov.is_some() { "picture.exr" } else { "picture.png" }
+    }
+}
+
 /// The command line; arguments are those that say how the scene is opened.
 pub(crate) fn command(view: &View, source: &str, arguments: &[String]) -> String {
-    let is_beauty = view.channel == Channel::Beauty;
-    let (output, integrator) = match view.channel.aov() {
-        None => ("picture.png", view.render.integrator),
-        Some(_) => ("picture.exr", IntegratorName::Primary),
-    };
-    let mut words: Vec<String> = ["vastlight", "render", source, "-o", output].map(quoted).into();
+    let shown = Shown::new(view);
+    let mut words: Vec<String> = ["vastlight", "render", source, "-o", shown.file()].map(quoted).into();
     words.extend(arguments.iter().map(|word| quoted(word)));
     let mut flag = |name: &str, value: String| words.extend([name.to_owned(), quoted(&value)]);
     flag("-r", format!("{}x{}", view.size.width, view.size.height));
     flag("--spp", view.render.spp.to_string());
     flag("--max-depth", view.render.max_depth.to_string());
     flag("--seed", view.render.seed.to_string());
-    flag("--integrator", integrator.name().to_owned());
-    if view.render.caustics && is_beauty && integrator == IntegratorName::Path {
+    flag("--integrator", shown.integrator.name().to_owned());
+    if shown.caustics {
         flag("--caustics", "photons".to_owned());
     }
     match &view.camera.name {
@@ -45,7 +63,7 @@ pub(crate) fn command(view: &View, source: &str, arguments: &[String]) -> String
             flag("--fov", view.camera.fov.to_string());
         }
     }
-    match view.channel.aov() {
+    match shown.aov {
         Some(aov) => flag("--aov", aov.name().to_owned()),
         None => {
             flag("--exposure", view.tone.exposure.to_string());
@@ -97,43 +115,42 @@ fn python(view: &View, source: &str, arguments: &[String]) -> String {
     if !overrides.is_empty() {
         load.push(format!("overrides=[{}]", overrides.join(", ")));
     }
-    let save = match view.channel.aov() {
-        Some(_) => "\"picture.exr\"".to_owned(),
-        None => {
-            let (exposure, curve) = (view.tone.exposure, string(&view.tone.curve));
-            format!("\"picture.png\", exposure={exposure:?}, tonemap={curve}")
-        }
-    };
-    let (load, render) = (load.join(", "), picture_arguments(view).join(", "));
+    let shown = Shown::new(view);
+    let mut save = vec![string(shown.file())];
+    if shown.aov.is_none() {
+        save.push(format!("exposure={:?}, tonemap={}", view.tone.exposure, string(&view.tone.curve)));
+    }
+    let (load, render) = (load.join(", "), picture_arguments(view, &shown).join(", "));
+    let save = save.join(", ");
     format!(
         "import vastlight as vl\n\ns = vl.load({load})\nimg = vl.render(s, {render}, progress=True)\nimg.save({save})\n"
     )
 }
 
 /// What decides the picture, as arguments of Python.
-fn picture_arguments(view: &View) -> Vec<String> {
+fn picture_arguments(view: &View, shown: &Shown) -> Vec<String> {
     let View { size, render, camera, .. } = view;
-    let aov = view.channel.aov();
-    let integrator = if aov.is_some() { IntegratorName::Primary } else { render.integrator };
     let mut given = vec![
         format!("size=({}, {})", size.width, size.height),
         format!("spp={}, max_depth={}, seed={}", render.spp, render.max_depth, render.seed),
-        format!("integrator={}", string(integrator.name())),
+        format!("integrator={}", string(shown.integrator.name())),
     ];
-    if render.caustics && aov.is_none() && integrator == IntegratorName::Path {
+    if shown.caustics {
         given.push("caustics=\"photons\"".to_owned());
     }
     given.push(match &camera.name {
         Some(name) => format!("camera={}", string(name)),
         None => format!("look_at=({:?}, {:?}), fov={:?}", camera.eye, camera.target, camera.fov),
     });
-    given.extend(aov.map(|aov| format!("aovs=[{}]", string(aov.name()))));
+    given.extend(shown.aov.map(|aov| format!("aovs=[{}]", string(aov.name()))));
     given
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::develop::Channel;
+    use crate::edits::LightEdit;
     use crate::view::CameraView;
 
     #[test]
@@ -156,6 +173,36 @@ mod tests {
             text.contains("look_at=([0.0, 1.0, 3.0], [0.0, 0.0, 0.0]), fov=39.5, aovs=[\"normal\"]"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn all_that_the_command_says_is_in_the_program() {
+        let mut view = View::new(32);
+        view.render.caustics = true;
+        view.time = 1.5;
+        view.edits.edit_light("Lamp".into(), LightEdit { scale: 2.0 });
+        let arguments = ["--env", "sky.hdr", "--override", "a.toml"].map(String::from);
+        let (text, line) = (python(&view, "a.glb", &arguments), command(&view, "a.glb", &arguments));
+        let load = "vl.load(\"a.glb\", env=\"sky.hdr\", time=1.5, overrides=[\"a.toml\", \"edits.toml\"])";
+        assert!(text.contains(load), "{text}");
+        assert!(text.contains("caustics=\"photons\""), "{text}");
+        assert!(
+            line.starts_with("vastlight render a.glb -o picture.png --env sky.hdr --override a.toml -r"),
+            "{line}"
+        );
+        assert!(
+            line.contains("--caustics photons") && line.ends_with("--time 1.5 --override edits.toml"),
+            "{line}"
+        );
+        for channel in [Channel::Normal, Channel::Depth] {
+            view.channel = channel;
+            let both = [python(&view, "a.glb", &arguments), command(&view, "a.glb", &arguments)];
+            assert!(
+                both.iter().all(|text| !text.contains("caustics") && text.contains("primary")),
+                "{both:?}"
+            );
+            assert!(both.iter().all(|text| text.contains("picture.exr")), "{both:?}");
+        }
     }
 
     #[test]
