@@ -303,6 +303,23 @@ fn folders_are_listed_and_files_opened_from_below_alone() {
 }
 
 #[test]
+fn what_does_not_fit_is_refused_before_it_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let elements = "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 900000000\nproperty list uchar int vertex_indices\n";
+    // Whoever reads on finds nothing.
+    std::fs::write(folder.path().join("large.ply"), format!("ply\nformat ascii 1.0\n{elements}end_header\n"))
+        .expect("written");
+    let viewer =
+        Viewer { folder: Some(folder.path().to_owned()), memory: Some(1 << 30), ..Viewer::default() };
+    let server = Server::start(viewer).expect("started");
+    let mut page = Page::open(server.url());
+    page.send(&json!({"do": "open", "source": "large.ply"}));
+    let failed = page.wait_until("scene", |scene| scene["phase"] == "failed");
+    assert!(failed["hint"].as_str().is_some_and(|hint| hint.contains("--memory")), "{failed}");
+}
+
+#[test]
 fn the_end_is_told() {
     let server = server(None, 1);
     let mut page = Page::open(server.url());
