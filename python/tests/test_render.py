@@ -235,15 +235,19 @@ thread.join()
 def test_ctrl_c_ends_waiting_for_another_threads_render() -> None:
     process = subprocess.Popen([sys.executable, "-c", WAITING], stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
+    patience = threading.Timer(60.0, process.kill)
+    patience.start()
     try:
         for _ in range(2):
             assert process.stdout.readline() == "waits\n"
             time.sleep(0.3)
             process.send_signal(signal.SIGINT)
             assert process.stdout.readline() == "interrupted\n"
-        assert process.communicate(timeout=60)[0] == "stopped\n"
+        assert process.communicate()[0] == "stopped\n"
     finally:
+        patience.cancel()
         process.kill()
+        process.wait()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="fork: of Unix")

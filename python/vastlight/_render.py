@@ -262,7 +262,8 @@ def view(
     """Shows a scene on an interactive page, which a browser opens at ``.url``; it renders on threads of its own.
 
     The page opens the scene's source again, with the changes of looks that were made here. Scenes whose places, vertices or meshes were
-    changed cannot be viewed.
+    changed cannot be viewed. Command lines that are copied from the page have what :func:`load` was given, but not changes of looks that
+    are in no file.
 
     Args:
         scene: the scene.
