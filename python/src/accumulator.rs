@@ -7,8 +7,8 @@ use pyo3::types::PyBytes;
 use serde_json::json;
 use std::borrow::Cow;
 use std::path::PathBuf;
-use vastlight::film::{self, FilmError, SumsFile, decode_sums, encode_sums, write_sums};
-use vastlight::{Error, Merger, SUMS_TILE, merge_sums};
+use vastlight::film::{self, SumsFile, decode_sums, encode_sums, write_sums};
+use vastlight::{Merger, SUMS_TILE, merge_sums};
 
 /// The sums of some passes of a picture.
 #[pyclass(frozen, module = "vastlight._native")]

@@ -17,7 +17,7 @@ from ._image import Image
 from ._progress import ProgressArgument, listener
 from ._scene import Scene, _point
 
-Integrator = Literal["path", "direct", "primary", "ao", "whitted", "photon-caustics"]
+Integrator = Literal["path", "direct", "primary", "ao", "steps", "whitted", "photon-caustics"]
 Point = Sequence[float]
 
 
@@ -49,7 +49,7 @@ class RenderOptions(TypedDict, total=False):
         look_at: eye and target, world space, in place of the camera's.
         fov: full vertical angle of view in degrees, in place of the camera's.
         crop: ``(x0, y0, x1, y1)`` in pixels, the last two excluded.
-        integrator: ``"path"``, ``"direct"``, ``"primary"``, ``"ao"``, ``"whitted"`` or ``"photon-caustics"``.
+        integrator: ``"path"``, ``"direct"``, ``"primary"``, ``"ao"``, ``"steps"``, ``"whitted"`` or ``"photon-caustics"``.
         max_depth: longest path in segments: 1 sees emission alone, 2 adds direct light; 16 without.
         seed: another seed is another noise; 0 without.
         caustics: ``"off"``, or ``"photons"`` for light that mirrors and lenses focus.

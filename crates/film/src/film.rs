@@ -169,6 +169,16 @@ impl Film {
         self.tiles.iter().flat_map(|t| &t.samples).map(|&n| u64::from(n)).sum()
     }
 
+    /// A number of each pixel of the window, row by row, from the tile that it is in and the samples that it has.
+    #[must_use]
+    pub fn per_pixel(&self, number: impl Fn(usize, u32) -> u32) -> Vec<u32> {
+        let mut numbers = Vec::with_capacity(self.settings.window.pixels());
+        for (tile, run) in self.runs() {
+            numbers.extend(self.tiles[tile].samples[run].iter().map(|&samples| number(tile, samples)));
+        }
+        numbers
+    }
+
     /// Adds all samples of `other`, whatever its tiles are. Merging in any order and grouping gives the same bits.
     ///
     /// # Errors

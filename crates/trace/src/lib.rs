@@ -19,6 +19,7 @@ mod patch;
 mod pose;
 mod reach;
 pub mod sort;
+mod steps;
 pub mod stream;
 mod tracer;
 mod tree;

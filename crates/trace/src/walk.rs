@@ -118,18 +118,18 @@ impl<F: Judge, A: Answers, const ANY: bool> Kernel for Batch<'_, F, A, ANY> {
 }
 
 /// Stacks of the flights of a batch.
-struct Stacks {
+pub(crate) struct Stacks {
     entries: Vec<Entry>,
     each: usize,
 }
 
 impl Stacks {
-    fn new(each: usize) -> Self {
+    pub(crate) fn new(each: usize) -> Self {
         let each = each.max(1);
         Self { entries: vec![0; each * TOGETHER], each }
     }
 
-    fn split(&mut self) -> [&mut [Entry]; TOGETHER] {
+    pub(crate) fn split(&mut self) -> [&mut [Entry]; TOGETHER] {
         let mut stacks = self.entries.chunks_mut(self.each);
         std::array::from_fn(|_| stacks.next().unwrap_or_default())
     }

@@ -22,6 +22,7 @@ mod primary;
 mod renderer;
 mod sample;
 mod settings;
+mod steps;
 mod stream;
 mod surface;
 mod texture;

@@ -11,6 +11,7 @@ use crate::placement::Placements;
 use crate::primary::Primary;
 use crate::sample::{RenderStats, SampleSink};
 use crate::settings::{Integrator, RenderSettings, Tile};
+use crate::steps::Steps;
 use crate::stream::Stream;
 use crate::veil::VeilIndex;
 use crate::wavefront::{Batches, Context, Shade, Shaded, Starts, Wave};
@@ -142,6 +143,7 @@ impl<'a> Renderer<'a> {
                 let shade = AmbientOcclusion::new(self.scene, s.ao_distance);
                 self.render_waves(&shade, &context, part, sink)
             }
+            Integrator::Steps => self.render_waves(&Steps, &context, part, sink),
             Integrator::Whitted | Integrator::PhotonCaustics => {
                 let mut stream = STREAM.take();
                 let stats = self.render_with(&mut stream, &context, part, sink);

@@ -17,6 +17,8 @@ pub enum Integrator {
     Primary,
     /// Ambient occlusion: the unoccluded part of the cosine-weighted hemisphere.
     Ao,
+    /// The length of the camera ray's way through structures: nodes, blocks of triangles and ways into instances. In memory alone.
+    Steps,
     /// Phong's shading with shadows, mirrored and refracted rays, by the stream tracer. No light between rough surfaces.
     Whitted,
     /// The same with the light of photons: the papers' renderer. Needs [`RenderSettings::caustics`].
@@ -32,9 +34,10 @@ impl FromStr for Integrator {
             "direct" => Self::Direct,
             "primary" => Self::Primary,
             "ao" => Self::Ao,
+            "steps" => Self::Steps,
             "whitted" => Self::Whitted,
             "photon-caustics" => Self::PhotonCaustics,
-            _ => return Err("known are path, direct, primary, ao, whitted and photon-caustics".into()),
+            _ => return Err("known are path, direct, primary, ao, steps, whitted and photon-caustics".into()),
         })
     }
 }

@@ -10,14 +10,19 @@ use vastlight_transport::Integrator;
 /// # Errors
 /// It does not fit, or the integrator needs the scene in memory.
 pub fn check_request(open: &OpenScene, request: &RenderRequest, moving: u64) -> Result<(), Error> {
-    if open.stored.is_none() {
-        return check_memory(open, request, moving);
-    }
-    if matches!(request.settings.integrator, Integrator::Whitted | Integrator::PhotonCaustics) {
-        let hint = "render the file that the store was packed from, or use path, direct, primary or ao";
-        return Err(Error::usage("the stream tracer needs the scene in memory", "--integrator", hint));
-    }
-    Ok(())
+    check_integrator(request.settings.integrator, open.stored.is_some())?;
+    if open.stored.is_some() { Ok(()) } else { check_memory(open, request, moving) }
+}
+
+/// Refuses integrators that need the scene in memory, for one in pages.
+pub(crate) fn check_integrator(integrator: Integrator, in_pages: bool) -> Result<(), Error> {
+    let what = match integrator {
+        Integrator::Whitted | Integrator::PhotonCaustics => "the stream tracer needs the scene in memory",
+        Integrator::Steps => "steps are counted in scenes in memory",
+        _ => return Ok(()),
+    };
+    let hint = "render the file that the store was packed from, or use path, direct, primary or ao";
+    if in_pages { Err(Error::usage(what, "--integrator", hint)) } else { Ok(()) }
 }
 
 /// Refuses a picture that cannot fit into the budget.

@@ -1,6 +1,7 @@
 //! A scene made ready for pictures from any place: structures, materials and lights are prepared once, and pictures grow in pieces
 //! as short as the caller likes.
 
+use crate::check::check_integrator;
 use crate::ids::Ids;
 use crate::render::film_settings;
 use crate::run::TileSink;
@@ -103,6 +104,13 @@ impl LivePicture {
         self.cost
     }
 
+    /// The samples that each pixel of the picture has taken, those that were not finite left out, and that it was given, row by row.
+    #[must_use]
+    pub fn samples(&self) -> [Vec<u32>; 2] {
+        let given = |tile: usize| self.done[tile];
+        [self.film.per_pixel(|_, taken| taken), self.film.per_pixel(|tile, _| given(tile))]
+    }
+
     /// The picture as it is; uneven while a piece is under way.
     #[must_use]
     pub fn develop(&self) -> Picture {
@@ -180,6 +188,7 @@ impl Live<'_> {
     /// A page of a scene in pages cannot be had, or the integrator knows no open shutter.
     pub fn begin(&mut self, request: RenderRequest) -> Result<LivePicture, Error> {
         shutter::check(self.scene, &request)?;
+        check_integrator(request.settings.integrator, self.caches.is_some())?;
         self.renderer.use_settings(request.settings.clone());
         let plan = self.renderer.photon_plan()?;
         let tiles = if self.caches.is_some() { Tiles::InPages } else { Tiles::InMemory };

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use vastlight_film::{Accumulator, Aov, FilmSettings, Picture, Recipe, Window};
 use vastlight_gpu::{CompileProgress, Executor};
 use vastlight_trace::{Tracer, TracerConfig};
-use vastlight_transport::{Lights, RenderSettings, RenderStats, Renderer};
+use vastlight_transport::{Integrator, Lights, RenderSettings, RenderStats, Renderer};
 
 /// What to render.
 #[derive(Clone, Debug)]
@@ -223,6 +223,9 @@ fn on_graphics_processor(
 ) -> Result<Option<Rendered>, Error> {
     if open.scene.implicit_mesh().is_some() {
         return request.device.refuse("implicit surfaces are rendered by the CPU alone").map(|()| None);
+    }
+    if request.settings.integrator == Integrator::Steps {
+        return request.device.refuse("steps are counted on the ways of the CPU's rays").map(|()| None);
     }
     if open.scene.shutter().is_some() {
         return Ok(None);

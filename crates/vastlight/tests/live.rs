@@ -73,19 +73,84 @@ fn photons_belong_to_their_sample() {
 
 #[test]
 fn stores_are_live_too() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("statue.vls");
+    let (_folder, source) = stored("demo:statue");
     let options = LoadOptions::default();
-    let input = pack_input(&["demo:statue".to_owned()], &options, None).expect("an input");
-    let control = PackControl { memory: None, cancel: &AtomicBool::new(false), progress: &|_| {} };
-    pack_within(input, &path, &vastlight::store::PackConfig::default(), control).expect("packed");
-    let source = path.display().to_string();
     let mut session = session(&source);
     let request = request(&session, 2);
     assert_eq!(in_pieces(&mut session, &request).develop(), rendered(&source, &options, &request));
     let counts = session.live(&request, |live| (live.paging(), live.residency())).expect("live");
     assert!(counts.0.is_some_and(|paging| paging.geometry.reads > 0), "caches stay from one to the next");
     assert!(counts.1.is_some_and(|residency| residency.resident_bytes > 0));
+}
+
+/// A triangle whose emission is beyond the largest number in single precision.
+const BRIGHT: &str = r#"{"asset": {"version": "2.0"}, "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}],
+    "extensionsUsed": ["KHR_materials_emissive_strength"],
+    "materials": [{"emissiveFactor": [1, 1, 1], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 1e39}}}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-5, -5, 0], "max": [5, 5, 0]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AACgwAAAoMAAAAAAAACgQAAAoMAAAAAAAAAAAAAAoEAAAAAA"}]}"#;
+
+#[test]
+fn samples_are_counted_where_they_are_taken_and_where_they_were_not_finite() {
+    let counts = |session: &mut Session| {
+        let request = self::request(session, 2);
+        let counted = session.live(&request, |live| {
+            let mut picture = live.begin(request.clone()).expect("begun");
+            let tiles = AtomicU32::new(0);
+            let stop = || tiles.fetch_add(1, Ordering::Relaxed) > 0;
+            live.advance(&mut picture, 1, &stop).expect("advanced");
+            let uneven = picture.samples();
+            live.advance(&mut picture, 2, &|| false).expect("advanced");
+            (uneven, picture.samples(), picture.cost().non_finite)
+        });
+        counted.expect("live")
+    };
+    let (uneven, [taken, given], lost) = counts(&mut session("demo:cornell"));
+    assert!(uneven[0].contains(&0) && uneven[0].contains(&1) && uneven[0] == uneven[1]);
+    assert_eq!((taken.len(), lost), (60 * 48, 0));
+    assert!(taken.iter().chain(&given).all(|&n| n == 2));
+    // A lamp beyond all numbers.
+    let folder = tempfile::tempdir().expect("a folder");
+    let bright = folder.path().join("bright.gltf");
+    std::fs::write(&bright, BRIGHT).expect("written");
+    let (_, [taken, given], lost) = counts(&mut session(&bright.display().to_string()));
+    assert!(given.iter().all(|&n| n == 2) && lost > 0, "{lost}");
+    assert!(taken.contains(&0) && taken.contains(&2), "a triangle, and what is beside it");
+    let missing: u32 = taken.iter().zip(&given).map(|(taken, given)| given - taken).sum();
+    assert_eq!(u64::from(missing), lost);
+}
+
+#[test]
+fn steps_are_whole_numbers_and_of_scenes_in_memory() {
+    let mut session = session("demo:cornell");
+    let mut request = request(&session, 1);
+    request.settings.integrator = Integrator::Steps;
+    let picture = in_pieces(&mut session, &RenderRequest { spp: 3, ..request.clone() }).develop();
+    assert_eq!(
+        picture,
+        rendered("demo:cornell", &LoadOptions::default(), &RenderRequest { spp: 3, ..request.clone() })
+    );
+    let once = rendered("demo:cornell", &LoadOptions::default(), &request);
+    let steps = once.plane("R").expect("numbers");
+    assert!(steps.iter().all(|x| x.fract() == 0.0 && *x < 1000.0));
+    assert!(steps.iter().any(|x| *x >= 3.0) && steps.iter().any(|x| x != &steps[0]));
+    let (_folder, source) = stored("demo:cornell");
+    let mut session = self::session(&source);
+    let refused = session.live(&request, |live| live.begin(request.clone()).map(|_| ())).expect("live");
+    assert!(refused.is_err_and(|e| e.what.contains("in memory")));
+}
+
+/// A store of a scene in a folder of its own.
+fn stored(scene: &str) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("scene.vls");
+    let input = pack_input(&[scene.to_owned()], &LoadOptions::default(), None).expect("an input");
+    let control = PackControl { memory: None, cancel: &AtomicBool::new(false), progress: &|_| {} };
+    pack_within(input, &path, &vastlight::store::PackConfig::default(), control).expect("packed");
+    let source = path.display().to_string();
+    (folder, source)
 }
 
 #[test]

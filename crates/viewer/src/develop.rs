@@ -2,9 +2,11 @@
 
 use crate::view::ToneView;
 use serde::{Deserialize, Serialize};
+use vastlight::LivePicture;
 use vastlight::film::{
     Aov, BitDepth, Cryptomatte, Film, Picture, PngOptions, ToneCurve, linear_from_srgb, name_hash,
 };
+use vastlight::transport::Integrator;
 
 /// What of the picture is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,19 +26,34 @@ pub(crate) enum Channel {
     Object,
     /// Materials, in a colour each.
     Material,
+    /// The length of the camera ray's way through structures, from short (violet) to long (yellow).
+    Steps,
+    /// Samples of each pixel, from none (black) to many (yellow).
+    Samples,
+    /// Pixels with samples that were not finite, magenta over the dimmed picture.
+    NonFinite,
 }
 
 impl Channel {
     /// The output that it needs.
     pub(crate) fn aov(self) -> Option<Aov> {
         match self {
-            Self::Beauty => None,
+            Self::Beauty | Self::Steps | Self::Samples | Self::NonFinite => None,
             Self::Albedo => Some(Aov::Albedo),
             Self::Normal => Some(Aov::Normal),
             Self::Depth => Some(Aov::Depth),
             Self::Alpha => Some(Aov::Alpha),
             Self::Object => Some(Aov::Object),
             Self::Material => Some(Aov::Material),
+        }
+    }
+
+    /// The integrator that it needs; none for the one that is chosen.
+    pub(crate) fn integrator(self) -> Option<Integrator> {
+        match self {
+            Self::Beauty | Self::Samples | Self::NonFinite => None,
+            Self::Steps => Some(Integrator::Steps),
+            _ => Some(Integrator::Primary),
         }
     }
 }
@@ -48,7 +65,8 @@ pub(crate) struct Shown {
 }
 
 impl Shown {
-    pub(crate) fn new(picture: Picture, channel: Channel, tone: &ToneView) -> Self {
+    pub(crate) fn new(of: &LivePicture, channel: Channel, tone: &ToneView) -> Self {
+        let picture = of.develop();
         let plain =
             PngOptions { exposure: 0.0, curve: ToneCurve::Linear, depth: BitDepth::Eight, dither: false };
         let [width, height] = picture.size();
@@ -62,7 +80,14 @@ impl Shown {
                 let encoded = |plane: &[f32]| plane.iter().map(|x| linear_from_srgb(0.5 * x + 0.5)).collect();
                 colored(three(Aov::Normal).unwrap_or_default().map(encoded))
             }
-            Channel::Depth => colored(by_depth(one("depth.Z"))),
+            Channel::Depth => colored(by_rank(one("depth.Z"), |place| 1.0 - place)),
+            Channel::Steps => colored(by_rank(one("R"), |place| place)),
+            Channel::Samples => colored(by_count(&of.samples().map(floats)[0])),
+            Channel::NonFinite => {
+                let missing = of.samples().map(floats);
+                let light = |i: usize| [one("R")[i], one("G")[i], one("B")[i]];
+                colored(planes((0..missing[0].len()).map(|i| mask(missing[0][i] < missing[1][i], light(i)))))
+            }
             Channel::Alpha => colored([(); 3].map(|()| one("A").to_vec())),
             Channel::Object => colored(by_id(&picture, Film::OBJECT_LAYER)),
             Channel::Material => colored(by_id(&picture, Film::MATERIAL_LAYER)),
@@ -70,21 +95,37 @@ impl Shown {
     }
 }
 
-/// Parts of all pixels with a surface, by depth, beyond which colours end.
-const NEAREST: f32 = 0.005;
-const FARTHEST: f32 = 0.99;
+/// Parts of all pixels with a number, by size, beyond which colours end.
+const LEAST: f32 = 0.005;
+const MOST: f32 = 0.99;
 
-/// Colours of depths, black where nothing is.
-fn by_depth(depths: &[f32]) -> [Vec<f32>; 3] {
-    let mut there: Vec<f32> = depths.iter().copied().filter(|&d| d > 0.0).collect();
+/// Colours of numbers by their place from the least to the most, black where there is none.
+fn by_rank(numbers: &[f32], on_ramp: impl Fn(f32) -> f32) -> [Vec<f32>; 3] {
+    let mut there: Vec<f32> = numbers.iter().copied().filter(|&x| x > 0.0).collect();
     there.sort_by(f32::total_cmp);
     let at = |part: f32| there.get((part * there.len() as f32) as usize).copied().unwrap_or(0.0);
-    let (near, far) = (at(NEAREST), at(FARTHEST));
-    let color = |&depth: &f32| {
-        let place = 1.0 - ((depth - near) / (far - near).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
-        if depth > 0.0 { ramp(place) } else { [0.0; 3] }
+    let (least, most) = (at(LEAST), at(MOST));
+    let color = |&x: &f32| {
+        let place = ((x - least) / (most - least).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0);
+        if x > 0.0 { ramp(on_ramp(place)) } else { [0.0; 3] }
     };
-    planes(depths.iter().map(color))
+    planes(numbers.iter().map(color))
+}
+
+/// Colours of numbers from none to the largest, black where there are none.
+fn by_count(counts: &[f32]) -> [Vec<f32>; 3] {
+    let most = counts.iter().copied().fold(1.0, f32::max);
+    planes(counts.iter().map(|&n| if n > 0.0 { ramp(n / most) } else { [0.0; 3] }))
+}
+
+/// Light from black to white as a dark grey, and what is marked in a colour that stands out of it.
+fn mask(is_marked: bool, light: [f32; 3]) -> [f32; 3] {
+    let grey = 0.1 * (light[0] + light[1] + light[2]).clamp(0.0, 3.0) / 3.0;
+    if is_marked { [1.0, 0.0, 1.0] } else { [grey; 3] }
+}
+
+fn floats(counts: Vec<u32>) -> Vec<f32> {
+    counts.into_iter().map(|n| n as f32).collect()
 }
 
 /// Steps of a ramp from dark violet over green to yellow that rises evenly in lightness, and can be read by the colour-blind (after
@@ -154,10 +195,20 @@ mod tests {
     #[test]
     fn depths_run_from_yellow_to_violet_and_nothing_is_black() {
         let depths: Vec<f32> = (0..1000).map(|i| i as f32).collect();
-        let [red, green, _] = by_depth(&depths);
+        let [red, green, _] = by_rank(&depths, |place| 1.0 - place);
         assert_eq!((red[0], green[0]), (0.0, 0.0));
         assert!(green[1] > green[500] && green[500] > green[999]);
-        assert!(by_depth(&[0.0, 0.0])[0].iter().all(|&x| x == 0.0));
+        assert!(by_rank(&[0.0, 0.0], |place| place)[0].iter().all(|&x| x == 0.0));
+    }
+
+    #[test]
+    fn counts_are_bright_where_they_are_many_and_marks_stand_out() {
+        let [_, green, _] = by_count(&[0.0, 1.0, 2.0, 4.0]);
+        assert!(green[0] == 0.0 && green.is_sorted_by(|a, b| a < b), "{green:?}");
+        let [_, steps, _] = by_rank(&[3.0, 5.0, 9.0], |place| place);
+        assert!(steps.is_sorted_by(|a, b| a < b), "{steps:?}");
+        assert_eq!(mask(true, [0.5; 3]), [1.0, 0.0, 1.0]);
+        assert!(mask(false, [f32::MAX; 3]).iter().all(|&x| x <= 0.1));
     }
 
     #[test]

@@ -70,7 +70,7 @@ pub(crate) fn frame(shown: &Shown, coding: Coding, caption: Caption) -> Result<F
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{develop::Channel, view::View};
+    use crate::view::View;
     use vastlight::film::Picture;
 
     #[test]
@@ -78,7 +78,7 @@ mod tests {
         let grey = vec![0.18; 12 * 8];
         let shown = || {
             let picture = Picture::from_rgb(12, 8, [grey.clone(), grey.clone(), grey.clone()]);
-            Shown::new(picture, Channel::Beauty, &View::new(1).tone)
+            Shown { picture, options: View::new(1).tone.options() }
         };
         let caption = Caption { number: 7, input: 260, spp: 3, full: [48, 32] };
         for (coding, magic) in [(Coding::Lossless, &b"\x89PNG"[..]), (Coding::Lossy(80), &b"\xff\xd8"[..])] {

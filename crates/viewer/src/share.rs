@@ -3,6 +3,7 @@
 use crate::view::{IntegratorName, View};
 use serde_json::{Value, json};
 use vastlight::film::Aov;
+use vastlight::transport::Integrator;
 
 /// Both, and the override file that they need.
 pub(crate) fn of_view(view: &View, source: &str, arguments: &[String]) -> Value {
@@ -22,21 +23,27 @@ const OVERRIDES: &str = "edits.toml";
 struct Shown {
     /// The output that is shown in place of the picture.
     aov: Option<Aov>,
-    integrator: IntegratorName,
+    integrator: &'static str,
     caustics: bool,
+    /// Whether it is numbers, not light.
+    is_data: bool,
 }
 
 impl Shown {
     fn new(view: &View) -> Self {
         let aov = view.channel.aov();
-        let integrator = if aov.is_some() { IntegratorName::Primary } else { view.render.integrator };
-        let caustics = view.render.caustics && integrator == IntegratorName::Path;
-        Self { aov, integrator, caustics }
+        let (integrator, is_data) = match view.channel.integrator() {
+            None => (view.render.integrator.name(), false),
+            Some(Integrator::Steps) => ("steps", true),
+            Some(_) => (IntegratorName::Primary.name(), true),
+        };
+        let caustics = view.render.caustics && integrator == IntegratorName::Path.name();
+        Self { aov, integrator, caustics, is_data }
     }
 
     /// What to call the picture.
     fn file(&self) -> &'static str {
-        if self.aov.is_some() { "picture.exr" } else { "picture.png" }
+        if self.is_data { "picture.exr" } else { "picture.png" }
     }
 }
 
@@ -50,7 +57,7 @@ pub(crate) fn command(view: &View, source: &str, arguments: &[String]) -> String
     flag("--spp", view.render.spp.to_string());
     flag("--max-depth", view.render.max_depth.to_string());
     flag("--seed", view.render.seed.to_string());
-    flag("--integrator", shown.integrator.name().to_owned());
+    flag("--integrator", shown.integrator.to_owned());
     if shown.caustics {
         flag("--caustics", "photons".to_owned());
     }
@@ -65,6 +72,7 @@ pub(crate) fn command(view: &View, source: &str, arguments: &[String]) -> String
     }
     match shown.aov {
         Some(aov) => flag("--aov", aov.name().to_owned()),
+        None if shown.is_data => {}
         None => {
             flag("--exposure", view.tone.exposure.to_string());
             flag("--tonemap", view.tone.curve.clone());
@@ -117,7 +125,7 @@ fn python(view: &View, source: &str, arguments: &[String]) -> String {
     }
     let shown = Shown::new(view);
     let mut save = vec![string(shown.file())];
-    if shown.aov.is_none() {
+    if !shown.is_data {
         save.push(format!("exposure={:?}, tonemap={}", view.tone.exposure, string(&view.tone.curve)));
     }
     let (load, render) = (load.join(", "), picture_arguments(view, &shown).join(", "));
@@ -133,7 +141,7 @@ fn picture_arguments(view: &View, shown: &Shown) -> Vec<String> {
     let mut given = vec![
         format!("size=({}, {})", size.width, size.height),
         format!("spp={}, max_depth={}, seed={}", render.spp, render.max_depth, render.seed),
-        format!("integrator={}", string(shown.integrator.name())),
+        format!("integrator={}", string(shown.integrator)),
     ];
     if shown.caustics {
         given.push("caustics=\"photons\"".to_owned());
@@ -203,6 +211,12 @@ mod tests {
             );
             assert!(both.iter().all(|text| text.contains("picture.exr")), "{both:?}");
         }
+        view.channel = Channel::Steps;
+        let both = [python(&view, "a.glb", &arguments), command(&view, "a.glb", &arguments)];
+        let says = |word: &str| both.iter().all(|text| text.contains(word));
+        assert!(says("steps") && says("picture.exr") && !says("caustics") && !says("tonemap"), "{both:?}");
+        view.channel = Channel::NonFinite;
+        assert_eq!(command(&view, "a.glb", &arguments), line);
     }
 
     #[test]

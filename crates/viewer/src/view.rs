@@ -52,13 +52,10 @@ impl View {
         let (width, height) = (scaled(self.size.width), scaled(self.size.height));
         let is_path = self.render.integrator == IntegratorName::Path;
         let caustics = (self.render.caustics && is_path && scale == 1.0).then(PhotonSettings::default);
-        let integrator = match self.channel {
-            Channel::Beauty => self.render.integrator.integrator(),
-            _ => Integrator::Primary,
-        };
+        let own = self.channel.integrator();
         let settings = RenderSettings {
-            integrator,
-            caustics: caustics.filter(|_| self.channel == Channel::Beauty),
+            integrator: own.unwrap_or(self.render.integrator.integrator()),
+            caustics: caustics.filter(|_| own.is_none()),
             max_depth: self.render.max_depth,
             seed: self.render.seed,
             ..RenderSettings::new(camera, width, height)

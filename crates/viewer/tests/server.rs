@@ -168,7 +168,18 @@ fn every_output_is_shown() {
     page.wait_until("scene", |scene| scene["phase"] == "ready");
     page.send(&small());
     let mut files = Vec::new();
-    for channel in ["albedo", "normal", "depth", "alpha", "object", "material", "beauty"] {
+    for channel in [
+        "albedo",
+        "normal",
+        "depth",
+        "alpha",
+        "object",
+        "material",
+        "steps",
+        "samples",
+        "non_finite",
+        "beauty",
+    ] {
         page.send(&json!({"do": "channel", "channel": channel}));
         page.wait_until("state", |state| state["view"]["channel"] == channel);
         let picture = page.picture_until(|p| p.is_final && !files.contains(&p.file));

@@ -75,6 +75,7 @@ function button(text, act, title = "") {
 export const CHANNELS = [
   ["beauty", "Light"], ["albedo", "Albedo"], ["normal", "Normals"], ["depth", "Depth"],
   ["object", "Objects"], ["material", "Materials"], ["alpha", "Coverage"],
+  ["steps", "Steps of rays"], ["samples", "Samples"], ["non_finite", "Not finite"],
 ];
 
 function channels(change) {
@@ -293,6 +294,7 @@ export class Panel {
     const { residency: pages, hit_rate: hits } = status;
     this.figures.show([
       ["Samples", `${status.msamples_per_s.toFixed(2)} M/s`],
+      ["Not finite", status.non_finite ? `${status.non_finite.toLocaleString("en")} samples` : null],
       ["Last pass", `${status.pass_ms.toFixed(0)} ms, shown in ${status.encode_ms.toFixed(0)} ms`],
       ["Prepared in", `${(status.build_ms + status.prepare_ms).toFixed(0)} ms`],
       ["Structure", bytes(status.structure_bytes)],

@@ -158,6 +158,8 @@ pub(crate) enum IntegratorName {
     Primary,
     /// Ambient occlusion
     Ao,
+    /// How many nodes and blocks of triangles each camera ray goes through
+    Steps,
     /// Phong's shading, mirrors and glass by the stream tracer
     Whitted,
     /// The same, with the light that mirrors and lenses focus by photons from point lights
@@ -171,6 +173,7 @@ impl IntegratorName {
             Self::Direct => Integrator::Direct,
             Self::Primary => Integrator::Primary,
             Self::Ao => Integrator::Ao,
+            Self::Steps => Integrator::Steps,
             Self::Whitted => Integrator::Whitted,
             Self::PhotonCaustics => Integrator::PhotonCaustics,
         }

@@ -142,7 +142,7 @@ impl DeviceRenderer<'_> {
             again: pass.again(),
             max_depth: settings.max_depth,
             integrator: match settings.integrator {
-                Integrator::Path | Integrator::Whitted | Integrator::PhotonCaustics => 0,
+                Integrator::Path | Integrator::Steps | Integrator::Whitted | Integrator::PhotonCaustics => 0,
                 Integrator::Direct => 1,
                 Integrator::Primary => 2,
                 Integrator::Ao => 3,

@@ -10,4 +10,5 @@ mod pose;
 mod shutter;
 mod sorting;
 mod splitting;
+mod steps;
 mod watertight;

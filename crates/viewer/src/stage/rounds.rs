@@ -148,7 +148,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
             false if is_final => Coding::Lossless,
             false => Coding::Lossy(RESTING_QUALITY),
         };
-        let shown = Shown::new(picture.develop(), view.channel, &view.tone);
+        let shown = Shown::new(picture, view.channel, &view.tone);
         stage.hub.frames.send_replace(Some(frame(&shown, coding, caption)?));
         self.encode = start.elapsed();
         Ok(())
@@ -203,6 +203,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
             "activity": activity,
             "spp": canvas.spp(),
             "target": view.render.spp,
+            "non_finite": canvas.picture.as_ref().map_or(0, |picture| picture.cost().non_finite),
             "scale": canvas.scale,
             "elapsed_s": canvas.started.elapsed().as_secs_f64(),
             "msamples_per_s": stage.meter.samples_per_s() / 1e6,
@@ -246,7 +247,7 @@ fn file(picture: &LivePicture, view: &View, kind: FileKind) -> Result<Vec<u8>, E
     let bytes = match kind {
         FileKind::Exr => encode_exr(&picture.develop()),
         FileKind::Png => {
-            let shown = Shown::new(picture.develop(), view.channel, &view.tone);
+            let shown = Shown::new(picture, view.channel, &view.tone);
             encode_png(&shown.picture, &shown.options)
         }
     };
