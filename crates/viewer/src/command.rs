@@ -2,6 +2,7 @@
 
 use crate::develop::Channel;
 use crate::edits::{EnvironmentEdit, LightEdit, MaterialEdit};
+use crate::objects::Rows;
 use crate::view::{CameraView, RenderView, Size, ToneView};
 use serde::Deserialize;
 
@@ -48,7 +49,9 @@ pub(crate) enum Command {
     Light { name: String, edit: LightEdit },
     /// Changes the environment.
     Environment { edit: EnvironmentEdit },
-    /// Gives the scene its own looks again.
+    /// Puts an instance elsewhere, or back to where the scene has it.
+    Object { instance: u32, place: Option<Rows> },
+    /// Gives the scene its own looks and places again.
     Revert {},
     /// Brings the scene to a moment, in seconds.
     Time { seconds: f32 },
@@ -83,6 +86,9 @@ impl Command {
             Self::Material { edit, .. } => edit.check(),
             Self::Light { edit, .. } => edit.check(),
             Self::Environment { edit } => edit.check(),
+            Self::Object { place, .. } => {
+                finite("the place", place.as_ref().map_or(&[], |rows| rows.as_flattened()))
+            }
             Self::Time { seconds } => finite("the time", &[*seconds]),
             _ => Ok(()),
         }
@@ -143,6 +149,9 @@ mod tests {
             r#"{"do":"time","seconds":1e300}"#,
             r#"{"do":"render","render":{"integrator":"path","max_depth":5,"spp":0,"seed":0,"caustics":false}}"#,
             r#"{"do":"material","name":"a","edit":{"roughness":-1}}"#,
+            r#"{"do":"object","instance":0,"place":[[1,0,0,1e39],[0,1,0,0],[0,0,1,0]]}"#,
+            r#"{"do":"object","instance":0,"place":[[1,0,0,0],[0,1,0,0]]}"#,
+            r#"{"do":"object","instance":-1,"place":null}"#,
         ] {
             assert!(command(wrong).is_err(), "{wrong}");
         }

@@ -2,6 +2,7 @@
 
 use crate::develop::Channel;
 use crate::edits::Edits;
+use crate::objects::Places;
 use serde::{Deserialize, Serialize};
 use vastlight::film::{BitDepth, PngOptions, ToneCurve};
 use vastlight::math::Vec3;
@@ -22,6 +23,8 @@ pub(crate) struct View {
     /// The moment of a scene that moves, seconds.
     pub(crate) time: f32,
     pub(crate) edits: Edits,
+    /// Instances that were put elsewhere.
+    pub(crate) objects: Places,
 }
 
 impl View {
@@ -42,6 +45,7 @@ impl View {
             paused: false,
             time: 0.0,
             edits: Edits::default(),
+            objects: Places::default(),
         }
     }
 

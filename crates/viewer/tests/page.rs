@@ -128,6 +128,80 @@ fn the_keyboard_does_all() {
     assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }
 
+/// Types a number into a field of the panel.
+fn fill(browser: &mut Browser, label: &str, value: f64) {
+    browser.eval(&format!(
+        "(() => {{ const f = document.querySelector('[aria-label=\"{label}\"]'); f.focus(); f.value = '{value}'; \
+         f.dispatchEvent(new Event('input')); f.blur(); }})()"
+    ));
+}
+
+fn field(browser: &mut Browser, label: &str) -> f64 {
+    let value = browser.eval(&format!("document.querySelector('[aria-label=\"{label}\"]').valueAsNumber"));
+    value.as_f64().unwrap_or_else(|| panic!("{label}: {value}"))
+}
+
+#[test]
+fn a_picked_object_is_moved_turned_scaled_and_put_back() {
+    let Some((_server, mut browser)) = page("demo:still-life", 1, [700, 500]) else { return };
+    browser.wait_for(DONE);
+    let plain = browser.eval(HASH);
+    let [x, y] = middle(&mut browser);
+    browser.click(x, y);
+    browser.wait_for("vastlight.state.picked !== null");
+    let instance = browser.eval("vastlight.state.picked.instance");
+    let rows = format!("vastlight.state.view.objects[{instance}]");
+    let labels =
+        ["Move x", "Move y", "Move z", "Turn ° x", "Turn ° y", "Turn ° z", "Scale x", "Scale y", "Scale z"];
+    let fields = |browser: &mut Browser| labels.map(|label| field(browser, label));
+    assert_eq!(fields(&mut browser), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    for (label, value) in [("Move y", 0.25), ("Turn ° x", 30.0), ("Turn ° y", -40.0), ("Turn ° z", 50.0)] {
+        fill(&mut browser, label, value);
+    }
+    fill(&mut browser, "Scale x", 2.0);
+    let wanted = [0.0, 0.25, 0.0, 30.0, -40.0, 50.0, 2.0, 2.0, 2.0];
+    assert_eq!(fields(&mut browser), wanted, "scaled evenly");
+    browser.wait_for(&format!("{DONE} && {HASH} !== {plain}"));
+
+    // Who comes later reads the same from the server's matrix.
+    browser.call("Page.reload", json!({}));
+    browser.wait_for("!!window.vastlight?.measured.last && vastlight.state.steering");
+    let found = (1..60).any(|i| {
+        browser.click(x + f64::from(i % 8 - 4) * 20.0, y + f64::from(i / 8 - 4) * 20.0);
+        std::thread::sleep(Duration::from_millis(100));
+        browser.eval("vastlight.state.picked?.instance ?? null") == instance
+    });
+    assert!(found);
+    let read = fields(&mut browser);
+    assert!(read.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 0.011), "{read:?}");
+
+    // So it is of an object whose own matrix is turned and scaled.
+    let rest = browser.eval(
+        "import(document.querySelector('script').src.replace('main.js', 'object.js')).then(({ Placed }) => { \
+         const opened = { place: [[0, -2, 0, 1], [3, 0, 0, 2], [0, 0, 1, 3]], bounds: { min: [-1, 5, 3], max: [2, 7, 4] } }; \
+         const [a, b] = [new Placed({ instance: 0, opened }), new Placed({ instance: 0, opened })]; \
+         Object.assign(a, { move: [1, 2, 3], turn: [10, -20, 30], scale: [-1, 2, 0.5] }); b.take(a.place()); \
+         const all = ({ move, turn, scale }) => [...move, ...turn, ...scale]; \
+         return Math.max(...all(a).map((x, i) => Math.abs(x - all(b)[i]))); })",
+    );
+    assert!(rest.as_f64().is_some_and(|rest| rest < 1e-4), "{rest}");
+
+    let before = browser.eval(&rows);
+    browser.key("ArrowRight", "ArrowRight", 1);
+    browser.wait_for(&format!("JSON.stringify({rows}) !== '{before}'"));
+    let eye = browser.eval("JSON.stringify(vastlight.camera.plain().eye)");
+    browser.eval("document.getElementById('viewport').focus()");
+    browser.key("c", "KeyC", 0);
+    browser.wait_for("document.getElementById('toasts').textContent.includes('Python alone')");
+    browser.eval("document.getElementById('text-dialog').close()");
+    browser.eval(
+        "[...document.querySelectorAll('button')].find((b) => b.textContent === 'Put it back').click()",
+    );
+    browser.wait_for(&format!("{rows} === undefined && {DONE} && {HASH} === {plain}"));
+    assert_eq!(browser.eval("JSON.stringify(vastlight.camera.plain().eye)"), eye);
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
 #[test]
 fn a_lost_server_is_told_and_the_next_is_found() {
     let Some(mut browser) = browser::start() else { return };

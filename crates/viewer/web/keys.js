@@ -11,6 +11,7 @@ const LIST = [
   ["Drag, arrow keys", "Orbit"],
   ["Shift + drag, middle drag, Shift + arrows", "Pan"],
   ["Right drag", "Look around"],
+  ["Alt + drag, Alt + arrows", "Move the picked object"],
   ["Wheel, + and −", "Zoom"],
   ["W A S D, Q E", "Fly; with Shift faster"],
   ["One finger, two fingers", "Orbit; pan and zoom"],
@@ -48,7 +49,16 @@ export function listen(canvas, camera, actions) {
     ctrlKey || metaKey || altKey || target.closest("input, select, textarea, dialog") !== null ||
     ((key === "Enter" || key === " ") && target.closest("button, summary, a") !== null);
 
+  const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+  // Moves the picked object; says whether there is one.
+  function carries({ altKey, key, target }) {
+    const arrow = altKey && !target.closest("input, select, textarea, dialog") && ARROWS[key];
+    return arrow && actions.carry(arrow[0] * 0.02, arrow[1] * 0.02);
+  }
+
   document.addEventListener("keydown", (event) => {
+    if (carries(event)) return event.preventDefault();
     if (isTaken(event)) return;
     const digit = /^Digit([0-9])$/.exec(event.code);
     if (event.key === "?") actions.help();
@@ -60,8 +70,7 @@ export function listen(canvas, camera, actions) {
   });
 
   function named(event) {
-    const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-    const arrow = arrows[event.key];
+    const arrow = ARROWS[event.key];
     if (arrow && event.shiftKey) camera.pan(arrow[0] * 0.05, arrow[1] * 0.05);
     else if (arrow) camera.orbit(arrow[0] * STEP, -arrow[1] * STEP);
     else if (event.key === "+" || event.key === "=") camera.dolly(1 / 1.1);

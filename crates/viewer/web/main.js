@@ -266,9 +266,10 @@ const actions = {
     state.moved = -Infinity;
     if (name !== undefined) want({ do: "scene_camera", name });
   },
-  frameSelection: () => (state.picked ? frameBox(state.picked.bounds) : frameBox(state.scene?.inventory.bounds)),
+  frameSelection: () => (panel.object ? frameBox(panel.object.bounds()) : frameBox(state.scene?.inventory.bounds)),
   frameAll: () => frameBox(state.scene?.inventory.bounds),
   pickMiddle,
+  carry: (x, y) => state.steering && panel.object !== null && panel.carry(camera.across(panel.object.now(), x, y)),
   clear: () => {
     state.picked = null;
     panel.showPicked(null);
@@ -302,7 +303,7 @@ const actions = {
 
 const panel = new Panel($("panel"), want, actions);
 const scenes = new Scenes(link, open);
-pointer.listen(canvas, camera, { moved, clicked: pick });
+pointer.listen(canvas, camera, { moved, clicked: pick, carried: actions.carry });
 keys.listen(canvas, camera, actions);
 keys.fillList($("key-list"));
 
@@ -373,8 +374,9 @@ on("share", (shared) => {
   if (!shareWanted) return;
   const { part, what } = shareWanted;
   shareWanted = null;
-  if (shared[part]) copy(shared[part], what);
-  else toast("Nothing was changed");
+  if (!shared[part]) return toast(shared.notice || "Nothing was changed");
+  copy(shared[part], what);
+  if (part !== "python" && shared.notice) toast(shared.notice, true);
 });
 
 on("picked", (picked) => {
