@@ -3,7 +3,7 @@
 use crate::develop::Channel;
 use crate::edits::{EnvironmentEdit, LightEdit, MaterialEdit};
 use crate::objects::Rows;
-use crate::view::{CameraView, RenderView, Size, ToneView};
+use crate::view::{CameraView, Region, RenderView, Size, ToneView};
 use serde::Deserialize;
 
 /// Longest message, bytes.
@@ -37,6 +37,8 @@ pub(crate) enum Command {
     Render { render: RenderView },
     /// Shows another output.
     Channel { channel: Channel },
+    /// Limits refining to a part of the picture, or to none.
+    Region { region: Option<Region> },
     /// Stops refining, or goes on.
     Pause { paused: bool },
     /// Begins the picture anew.
@@ -82,6 +84,7 @@ impl Command {
             Self::Size { size } => size.check(),
             Self::Tone { tone } => tone.check(),
             Self::Render { render } => render.check(),
+            Self::Region { region } => region.map_or(Ok(()), Region::check),
             Self::Pick { x, y } => finite("the point", &[*x, *y]),
             Self::Material { edit, .. } => edit.check(),
             Self::Light { edit, .. } => edit.check(),
@@ -151,6 +154,8 @@ mod tests {
             r#"{"do":"material","name":"a","edit":{"roughness":-1}}"#,
             r#"{"do":"object","instance":0,"place":[[1,0,0,1e39],[0,1,0,0],[0,0,1,0]]}"#,
             r#"{"do":"object","instance":0,"place":[[1,0,0,0],[0,1,0,0]]}"#,
+            r#"{"do":"region","region":[0.5,0,0.5,1]}"#,
+            r#"{"do":"region","region":[0,0,1,1.5]}"#,
             r#"{"do":"object","instance":-1,"place":null}"#,
         ] {
             assert!(command(wrong).is_err(), "{wrong}");

@@ -354,6 +354,7 @@ impl Shared {
                 (view.render, orders.look) = (render, true);
             }
             Command::Channel { channel } => (view.channel, orders.restart) = (channel, true),
+            Command::Region { region } => (view.region, orders.look) = (region, true),
             Command::Pause { paused } => (view.paused, orders.look) = (paused, true),
             Command::Reset {} => orders.restart = true,
             Command::Pick { x, y } => {

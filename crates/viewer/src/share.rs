@@ -4,6 +4,7 @@ use crate::objects::Rows;
 use crate::view::{IntegratorName, View};
 use serde_json::{Value, json};
 use vastlight::film::Aov;
+use vastlight::transport::Tile;
 
 /// Both, and the override file that they need.
 pub(crate) fn of_view(view: &View, source: &str, arguments: &[String]) -> Value {
@@ -63,6 +64,9 @@ pub(crate) fn command(view: &View, source: &str, arguments: &[String]) -> String
     words.extend(arguments.iter().map(|word| quoted(word)));
     let mut flag = |name: &str, value: String| words.extend([name.to_owned(), quoted(&value)]);
     flag("-r", format!("{}x{}", view.size.width, view.size.height));
+    if let Some(Tile { min, max }) = view.region.map(|region| region.pixels(view.size)) {
+        flag("--crop", format!("{},{},{},{}", min[0], min[1], max[0], max[1]));
+    }
     flag("--spp", view.render.spp.to_string());
     flag("--max-depth", view.render.max_depth.to_string());
     flag("--seed", view.render.seed.to_string());
@@ -159,6 +163,9 @@ fn picture_arguments(view: &View, shown: &Shown) -> Vec<String> {
         format!("spp={}, max_depth={}, seed={}", render.spp, render.max_depth, render.seed),
         format!("integrator={}", string(shown.integrator.name())),
     ];
+    if let Some(Tile { min, max }) = view.region.map(|region| region.pixels(view.size)) {
+        given.push(format!("crop=({}, {}, {}, {})", min[0], min[1], max[0], max[1]));
+    }
     if shown.caustics {
         given.push("caustics=\"photons\"".to_owned());
     }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::browser::{self, Browser};
-use common::{fetch, server};
+use common::{Page, fetch, server};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -203,6 +203,81 @@ fn a_picked_object_is_moved_turned_scaled_and_put_back() {
 }
 
 #[test]
+fn a_region_is_drawn_refined_and_taken_away() {
+    let Some((_server, mut browser)) = page("demo:cornell", 2, [700, 500]) else { return };
+    browser.wait_for(DONE);
+    let [x, y] = middle(&mut browser);
+    let eye = "JSON.stringify(vastlight.camera.plain().eye)";
+    let before = browser.eval(eye);
+    browser.eval("document.getElementById('viewport').focus()");
+    browser.key("b", "KeyB", 0);
+    browser.mouse("mousePressed", x - 60.0, y - 40.0, 1);
+    browser.mouse("mouseMoved", x, y, 1);
+    browser.mouse("mouseMoved", x + 60.0, y + 40.0, 1);
+    browser.mouse("mouseReleased", x + 60.0, y + 40.0, 1);
+    browser.wait_for("vastlight.state.view.region !== null");
+    assert_eq!(browser.eval(eye), before, "the camera stays");
+    let mark = "(() => { const b = document.getElementById('region').getBoundingClientRect(); return [b.left, b.top, b.right, b.bottom]; })()";
+    let shown = browser.eval(mark);
+    let wanted = [x - 60.0, y - 40.0, x + 60.0, y + 40.0];
+    let is_there =
+        wanted.iter().enumerate().all(|(i, edge)| (shown[i].as_f64().unwrap_or(-1.0) - edge).abs() < 1.5);
+    assert!(is_there, "{shown} is not {wanted:?}");
+    browser.wait_for("document.getElementById('activity').textContent.includes('in the region, done')");
+    browser.resize(600, 420, false);
+    browser.wait_for(&format!("JSON.stringify({mark}) !== '{shown}'"));
+    browser.key("b", "KeyB", 0);
+    browser.wait_for("vastlight.state.view.region === null && document.getElementById('region').hidden");
+    browser.key("b", "KeyB", 0);
+    browser.key("Escape", "Escape", 0);
+    browser.key("b", "KeyB", 0);
+    browser.key("Enter", "Enter", 0);
+    browser.wait_for("JSON.stringify(vastlight.state.view.region) === '[0.25,0.25,0.75,0.75]'");
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+/// A server at another port is offered what the browser kept, but not one whose view somebody has changed, nor samples that it was given.
+#[test]
+fn settings_go_from_one_server_to_the_next() {
+    let Some((first, mut browser)) = page("demo:cornell", 64, [500, 400]) else { return };
+    let set = |browser: &mut Browser, label: &str, value: f64| {
+        browser.eval(&format!(
+            "(() => {{ const f = document.querySelector('[aria-label=\"{label}, number\"]'); f.value = '{value}'; \
+             f.dispatchEvent(new Event('change')); }})()"
+        ));
+    };
+    for (label, value, place) in [
+        ("Exposure", 1.5, "tone.exposure"),
+        ("Depth", 3.0, "render.max_depth"),
+        ("Samples", 2.0, "render.spp"),
+        ("Seed", 9.0, "render.seed"),
+    ] {
+        set(&mut browser, label, value);
+        browser.wait_for(&format!("vastlight.state.view.{place} === {value}"));
+    }
+    browser.eval("document.querySelector('input[value=albedo]').click()");
+    browser.wait_for("vastlight.state.view.channel === 'albedo'");
+    drop(first);
+    let view = "(({ tone, render, channel }) => [tone.exposure, render.max_depth, render.spp, render.seed, channel].join())(vastlight.state.view)";
+    for (spp, expected) in [(5, "1.5,3,5,0,albedo"), (64, "1.5,3,2,0,albedo")] {
+        let server = server(Some("demo:cornell"), spp);
+        browser.open(server.url(), 500, 400);
+        browser.wait_for(&format!("vastlight.state.steering && {view} === '{expected}'"));
+    }
+    let server = server(Some("demo:cornell"), 64);
+    let mut other = Page::open(server.url());
+    other.send(&json!({"do": "tone", "tone": {"exposure": -2.0, "curve": "linear"}}));
+    other.wait_until("state", |state| state["view"]["tone"]["exposure"] == -2.0);
+    browser.open(server.url(), 500, 400);
+    browser.complaints.clear();
+    drop(other);
+    browser.wait_for(READY);
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(browser.eval(view), "-2,16,64,0,beauty");
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+#[test]
 fn a_lost_server_is_told_and_the_next_is_found() {
     let Some(mut browser) = browser::start() else { return };
     let server = server(Some("demo:cornell"), 1);
@@ -374,6 +449,10 @@ fn screenshots() {
         if name == "viewer-phone" {
             browser.eval("document.getElementById('panel-toggle').click()");
         }
+        let [x, y] = middle(&mut browser);
+        browser.click(x, y);
+        browser.wait_for("vastlight.state.picked !== null");
+        browser.eval("[...document.querySelectorAll('summary')].find((s) => s.textContent === 'Selection').scrollIntoView()");
         browser.wait_for(DONE);
         std::thread::sleep(Duration::from_secs(1));
         let file = std::path::Path::new(&folder).join(format!("{name}.png"));

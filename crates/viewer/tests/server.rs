@@ -222,6 +222,53 @@ fn an_object_is_put_elsewhere_and_back() {
     }
 }
 
+/// Pixels of a file, by their places.
+fn pixel(file: &[u8], x: u32, y: u32) -> image::Rgb<u8> {
+    *image::load_from_memory(file).expect("a picture").to_rgb8().get_pixel(x, y)
+}
+
+#[test]
+fn a_region_goes_on_and_the_rest_waits() {
+    let server = server(Some("demo:cornell"), 2);
+    let mut page = Page::open(server.url());
+    page.wait_until("scene", |scene| scene["phase"] == "ready");
+    page.send(&small());
+    let plain = page.picture_until(|p| p.is_final && p.size == SMALL.map(|n| n as u16)).file;
+    page.send(&json!({"do": "region", "region": [0.26, 0.3, 0.5, 0.5]}));
+    let render =
+        |spp: u32| json!({"integrator": "path", "max_depth": 16, "spp": spp, "seed": 0, "caustics": false});
+    page.send(&json!({"do": "render", "render": render(12)}));
+    let partly = page.picture_until(|p| p.is_final && p.spp == 12).file;
+    let choice = CameraChoice::default();
+    let finer = rendered("demo:cornell", &choice, 12, None);
+    let finer = encode_png(&finer, &PngOptions::default()).expect("encoded");
+    let places = || (0..SMALL[1]).flat_map(|y| (0..SMALL[0]).map(move |x| [x, y]));
+    let inside = |[x, y]: &[u32; 2]| (16..32).contains(x) && (14..24).contains(y);
+    // Tiles are of 16 pixels.
+    let outside = |[x, y]: &[u32; 2]| !((16..32).contains(x) && *y < 32);
+    assert!(places().filter(inside).all(|[x, y]| pixel(&partly, x, y) == pixel(&finer, x, y)));
+    assert!(places().filter(outside).all(|[x, y]| pixel(&partly, x, y) == pixel(&plain, x, y)));
+    assert!(partly != plain && partly != finer);
+
+    page.send(&json!({"do": "share"}));
+    let shared = page.wait_for("share");
+    assert!(shared["command"].as_str().is_some_and(|line| line.contains("--crop 16,14,32,24 ")), "{shared}");
+    assert!(shared["python"].as_str().is_some_and(|text| text.contains("crop=(16, 14, 32, 24)")), "{shared}");
+
+    // From elsewhere all of the picture has a sample, and the region all.
+    let camera = json!({"eye": [1.5, 1.25, 3.0], "target": [0.1, 0.75, 0.0], "fov": 47.5});
+    let before = server.rendered_samples();
+    page.send(&json!({"do": "camera", "camera": camera, "input": 7}));
+    page.picture_until(|p| p.is_final && p.input == 7);
+    let all = u64::from(12 * SMALL[0] * SMALL[1]);
+    assert!(server.rendered_samples() - before < all / 2, "the region alone is refined");
+    page.send(&json!({"do": "region", "region": null}));
+    let look_at = Some([Vec3::new(1.5, 1.25, 3.0), Vec3::new(0.1, 0.75, 0.0)]);
+    let whole = rendered("demo:cornell", &CameraChoice { name: None, look_at, fov: Some(47.5) }, 12, None);
+    let png = encode_png(&whole, &PngOptions::default()).expect("encoded");
+    page.picture_until(|p| p.is_final && p.file == png);
+}
+
 #[test]
 fn what_moves_by_itself_is_left_where_it_is() {
     for (source, word) in [("demo:traffic", "animation"), ("demo:metaballs", "anew")] {

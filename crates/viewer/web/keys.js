@@ -22,6 +22,7 @@ const LIST = [
   ["[ and ]", "Exposure down and up by a quarter stop"],
   ["V", "Next output: light, albedo, normals, ..."],
   ["Space", "Pause or go on"],
+  ["B", "Refine a region: draw it, or Enter for the middle; B again for all"],
   ["R", "Begin the picture anew"],
   ["C, P", "Copy the command line; copy as Python"],
   ["L", "Play or stop the timeline"],
@@ -84,7 +85,7 @@ export function listen(canvas, camera, actions) {
     const others = {
       f: actions.frameSelection, Home: actions.frameAll, Enter: actions.pickMiddle, Escape: actions.clear,
       "[": () => actions.expose(-0.25), "]": () => actions.expose(0.25), v: actions.nextChannel, " ": actions.pause,
-      r: actions.reset, c: actions.copyCommand, p: actions.copyPython, l: actions.play, t: actions.theme, h: actions.panel,
+      b: actions.region, r: actions.reset, c: actions.copyCommand, p: actions.copyPython, l: actions.play, t: actions.theme, h: actions.panel,
     };
     const action = others[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!action) return false;

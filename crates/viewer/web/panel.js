@@ -167,7 +167,9 @@ export class Panel {
     this.caustics = check("Caustics", (caustics) => this.#render({ caustics }));
     this.size = choice("Resolution", SIZES, act.size);
     this.size.show(recall("size", "fit-1"));
-    const renderButtons = make("div", { className: "buttons" }, button("Begin anew", () => want({ do: "reset" }), "R"));
+    this.region = button("Refine a region", act.region, "B");
+    this.region.setAttribute("aria-pressed", "false");
+    const renderButtons = make("div", { className: "buttons" }, this.region, button("Begin anew", () => want({ do: "reset" }), "R"));
 
     this.channel = channels((channel) => want({ do: "channel", channel }));
 
@@ -207,7 +209,7 @@ export class Panel {
 
     this.steered = [this.camera, this.fov, this.exposure, this.curve, this.rotation, this.strength, this.light, this.lightScale, this.integrator,
       this.depth, this.spp, this.seed, this.caustics, this.channel, this.material, this.roughness, this.metallic, this.move, this.turn, this.scale,
-      this.even, { inputs: [this.color, this.revert, this.putBack] }]
+      this.even, { inputs: [this.color, this.revert, this.putBack, this.region] }]
       .flatMap(({ inputs }) => inputs);
     return [
       section("View", true, this.channel.root),
@@ -237,6 +239,11 @@ export class Panel {
   #material(edit) {
     const name = this.material.select.value;
     if (this.materials.has(name)) this.want({ do: "material", name, edit });
+  }
+
+  showRegion(region, drawing) {
+    this.region.setAttribute("aria-pressed", String(drawing || region !== null));
+    this.region.textContent = drawing ? "Draw in the picture" : region ? "Refine all again" : "Refine a region";
   }
 
   // One number of the picked object's place.

@@ -65,6 +65,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
             if let Some(leave) = self.take(turn)? {
                 return Ok(leave);
             }
+            self.canvas.limit(&self.view);
             self.piece()?;
             self.settle();
             self.tell_figures();
@@ -121,6 +122,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
         self.pass = start.elapsed();
         stage.meter.note(cost.samples - before.samples, rays, self.pass);
         stage.hub.rendered.fetch_add(cost.samples - before.samples, Ordering::Relaxed);
+        canvas.limit(view);
         if is_done {
             if canvas.is_to_show(view) {
                 self.show(true)?;
