@@ -9,7 +9,7 @@ use crate::stats::PagingStats;
 use crate::{Error, OpenScene, RenderRequest, Residency, device::Tiles, paged, shutter};
 use rayon::prelude::*;
 use std::time::{Duration, Instant};
-use vastlight_film::{Film, FilmTile, Picture};
+use vastlight_film::{Film, FilmTile, Picture, Window};
 use vastlight_math::{Aabb, Vec3};
 use vastlight_scene::Scene;
 use vastlight_trace::paged::Caches;
@@ -73,6 +73,8 @@ pub struct LivePicture {
     film: Film,
     /// By tile, the samples that its pixels have.
     done: Vec<u32>,
+    /// By tile, whether it is to go on and counts.
+    wanted: Vec<bool>,
     plan: Option<PhotonPlan>,
     /// The photons of the sample that is under way, by its number.
     photons: Option<(u32, PhotonMaps)>,
@@ -80,16 +82,36 @@ pub struct LivePicture {
 }
 
 impl LivePicture {
-    /// Samples that every pixel has.
-    #[must_use]
-    pub fn spp(&self) -> u32 {
-        self.done.iter().copied().min().unwrap_or(0)
+    /// Samples of the tiles that count.
+    fn counted(&self) -> impl Iterator<Item = u32> {
+        self.done.iter().zip(&self.wanted).filter(|(_, wanted)| **wanted).map(|(&done, _)| done)
     }
 
-    /// Whether all pixels have as many samples: no piece is under way.
+    /// Samples that every pixel has, of those to which the picture is limited.
+    #[must_use]
+    pub fn spp(&self) -> u32 {
+        self.counted().min().unwrap_or(0)
+    }
+
+    /// Whether all of these have as many samples: no piece is under way.
     #[must_use]
     pub fn is_even(&self) -> bool {
-        self.done.iter().all(|&done| done == self.done[0])
+        let spp = self.spp();
+        self.counted().all(|done| done == spp)
+    }
+
+    /// Limits what comes to the tiles that have a part of a rectangle; the others keep what they have. None for all tiles again, and so
+    /// is a rectangle outside of the picture.
+    pub fn limit(&mut self, region: Option<Tile>) {
+        let meets = |tile: &FilmTile, Tile { min, max }: Tile| {
+            let Window { x0, y0, x1, y1 } = tile.window();
+            x0 < max[0] && min[0] < x1 && y0 < max[1] && min[1] < y1
+        };
+        let is_wanted = |tile: &FilmTile| region.is_none_or(|region| meets(tile, region));
+        self.wanted = self.film.tiles_mut().iter().map(|tile| is_wanted(tile)).collect();
+        if !self.wanted.contains(&true) {
+            self.wanted.fill(true);
+        }
     }
 
     /// What is rendered.
@@ -196,11 +218,13 @@ impl Live<'_> {
         settings.tile_size = settings.tile_size.min(LARGEST_TILE);
         let mut film = Film::new(settings);
         let ids = Ids::new(self.scene, &request.aovs);
-        let done = vec![0; film.tiles_mut().len()];
-        Ok(LivePicture { request, ids, film, done, plan, photons: None, cost: RenderStats::default() })
+        let tiles = film.tiles_mut().len();
+        let (done, wanted) = (vec![0; tiles], vec![true; tiles]);
+        let cost = RenderStats::default();
+        Ok(LivePicture { request, ids, film, done, wanted, plan, photons: None, cost })
     }
 
-    /// Brings every pixel to so many samples, or as far as it comes until `stop` says yes: tiles that are begun are finished. Says whether
+    /// Brings every pixel to so many samples, of those to which the picture is limited, or as far as it comes until `stop` says yes: tiles that are begun are finished. Says whether
     /// all are there. What is left is done by later calls.
     ///
     /// # Errors
@@ -240,10 +264,10 @@ impl Live<'_> {
         spp: u32,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> Result<(), Error> {
-        let LivePicture { film, ids, done, photons, cost, .. } = picture;
+        let LivePicture { film, ids, done, wanted, photons, cost, .. } = picture;
         let photons = photons.as_ref().map(|(_, maps)| maps);
-        let of_tile = |(tile, done): (&mut FilmTile, &mut u32)| {
-            if *done >= spp || stop() {
+        let of_tile = |((tile, done), &wanted): ((&mut FilmTile, &mut u32), &bool)| {
+            if !wanted || *done >= spp || stop() {
                 return Ok(RenderStats::default());
             }
             let window = tile.window();
@@ -257,7 +281,8 @@ impl Live<'_> {
             a += b;
             Ok(a)
         };
-        let tiles = film.tiles_mut().par_iter_mut().zip(done.par_iter_mut()).with_max_len(1);
+        let tiles =
+            film.tiles_mut().par_iter_mut().zip(done.par_iter_mut()).zip(wanted.par_iter()).with_max_len(1);
         *cost += tiles.map(of_tile).try_reduce(RenderStats::default, add)?;
         Ok(())
     }

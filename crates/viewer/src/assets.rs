@@ -16,7 +16,7 @@ macro_rules! asset {
 }
 
 /// All but the document itself.
-const ASSETS: [Asset; 11] = [
+const ASSETS: [Asset; 13] = [
     asset!("style.css", "text/css; charset=utf-8"),
     asset!("icon.svg", "image/svg+xml"),
     asset!("main.js", SCRIPT),
@@ -25,7 +25,9 @@ const ASSETS: [Asset; 11] = [
     asset!("pointer.js", SCRIPT),
     asset!("keys.js", SCRIPT),
     asset!("panel.js", SCRIPT),
+    asset!("object.js", SCRIPT),
     asset!("plots.js", SCRIPT),
+    asset!("region.js", SCRIPT),
     asset!("scenes.js", SCRIPT),
     asset!("store.js", SCRIPT),
 ];

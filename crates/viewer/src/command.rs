@@ -2,7 +2,8 @@
 
 use crate::develop::Channel;
 use crate::edits::{EnvironmentEdit, LightEdit, MaterialEdit};
-use crate::view::{CameraView, RenderView, Size, ToneView};
+use crate::objects::Rows;
+use crate::view::{CameraView, Region, RenderView, Size, ToneView};
 use serde::Deserialize;
 
 /// Longest message, bytes.
@@ -36,6 +37,8 @@ pub(crate) enum Command {
     Render { render: RenderView },
     /// Shows another output.
     Channel { channel: Channel },
+    /// Limits refining to a part of the picture, or to none.
+    Region { region: Option<Region> },
     /// Stops refining, or goes on.
     Pause { paused: bool },
     /// Begins the picture anew.
@@ -48,7 +51,9 @@ pub(crate) enum Command {
     Light { name: String, edit: LightEdit },
     /// Changes the environment.
     Environment { edit: EnvironmentEdit },
-    /// Gives the scene its own looks again.
+    /// Puts an instance elsewhere, or back to where the scene has it.
+    Object { instance: u32, place: Option<Rows> },
+    /// Gives the scene its own looks and places again.
     Revert {},
     /// Brings the scene to a moment, in seconds.
     Time { seconds: f32 },
@@ -79,10 +84,14 @@ impl Command {
             Self::Size { size } => size.check(),
             Self::Tone { tone } => tone.check(),
             Self::Render { render } => render.check(),
+            Self::Region { region } => region.map_or(Ok(()), Region::check),
             Self::Pick { x, y } => finite("the point", &[*x, *y]),
             Self::Material { edit, .. } => edit.check(),
             Self::Light { edit, .. } => edit.check(),
             Self::Environment { edit } => edit.check(),
+            Self::Object { place, .. } => {
+                finite("the place", place.as_ref().map_or(&[], |rows| rows.as_flattened()))
+            }
             Self::Time { seconds } => finite("the time", &[*seconds]),
             _ => Ok(()),
         }
@@ -143,6 +152,11 @@ mod tests {
             r#"{"do":"time","seconds":1e300}"#,
             r#"{"do":"render","render":{"integrator":"path","max_depth":5,"spp":0,"seed":0,"caustics":false}}"#,
             r#"{"do":"material","name":"a","edit":{"roughness":-1}}"#,
+            r#"{"do":"object","instance":0,"place":[[1,0,0,1e39],[0,1,0,0],[0,0,1,0]]}"#,
+            r#"{"do":"object","instance":0,"place":[[1,0,0,0],[0,1,0,0]]}"#,
+            r#"{"do":"region","region":[0.5,0,0.5,1]}"#,
+            r#"{"do":"region","region":[0,0,1,1.5]}"#,
+            r#"{"do":"object","instance":-1,"place":null}"#,
         ] {
             assert!(command(wrong).is_err(), "{wrong}");
         }

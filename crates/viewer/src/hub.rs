@@ -53,6 +53,23 @@ pub(crate) struct Snapshot {
     pub(crate) answer: oneshot::Sender<Result<Vec<u8>, Error>>,
 }
 
+/// What of a scene is to be other than it was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Changes {
+    /// Looks.
+    pub(crate) revise: bool,
+    /// The moment.
+    pub(crate) pose: bool,
+    /// Places of objects.
+    pub(crate) place: bool,
+}
+
+impl Changes {
+    pub(crate) fn any(self) -> bool {
+        self.revise || self.pose || self.place
+    }
+}
+
 /// What the stage is to do.
 #[derive(Debug, Default)]
 pub(crate) struct Orders {
@@ -60,10 +77,8 @@ pub(crate) struct Orders {
     pub(crate) restart: bool,
     /// The same, developed anew.
     pub(crate) develop: bool,
-    /// Other looks of the scene.
-    pub(crate) revise: bool,
-    /// Another moment.
-    pub(crate) pose: bool,
+    /// Another scene of the same things.
+    pub(crate) changes: Changes,
     /// Another scene.
     pub(crate) open: Option<String>,
     pub(crate) picks: Vec<Pick>,
@@ -74,9 +89,9 @@ pub(crate) struct Orders {
 
 impl Orders {
     fn is_empty(&self) -> bool {
-        let Self { restart, develop, revise, pose, open, picks, snapshots, look } = self;
-        let flags = [restart, develop, revise, pose, look];
-        flags.iter().all(|&&flag| !flag) && open.is_none() && picks.is_empty() && snapshots.is_empty()
+        let Self { restart, develop, changes, open, picks, snapshots, look } = self;
+        let flags = [*restart, *develop, changes.any(), *look];
+        !flags.contains(&true) && open.is_none() && picks.is_empty() && snapshots.is_empty()
     }
 }
 
@@ -339,6 +354,7 @@ impl Shared {
                 (view.render, orders.look) = (render, true);
             }
             Command::Channel { channel } => (view.channel, orders.restart) = (channel, true),
+            Command::Region { region } => (view.region, orders.look) = (region, true),
             Command::Pause { paused } => (view.paused, orders.look) = (paused, true),
             Command::Reset {} => orders.restart = true,
             Command::Pick { x, y } => {
@@ -346,21 +362,26 @@ impl Shared {
             }
             Command::Material { name, edit } => {
                 view.edits.edit_material(name, edit);
-                orders.revise = true;
+                orders.changes.revise = true;
             }
             Command::Light { name, edit } => {
                 view.edits.edit_light(name, edit);
-                orders.revise = true;
+                orders.changes.revise = true;
             }
             Command::Environment { edit } => {
                 view.edits.environment = Some(edit);
-                orders.revise = true;
+                orders.changes.revise = true;
+            }
+            Command::Object { instance, place } => {
+                view.objects.put(instance, place);
+                orders.changes.place = true;
             }
             Command::Revert {} => {
                 view.edits = crate::edits::Edits::default();
-                orders.revise = true;
+                view.objects = crate::objects::Places::default();
+                (orders.changes.revise, orders.changes.place) = (true, true);
             }
-            Command::Time { seconds } => (view.time, orders.pose) = (seconds, true),
+            Command::Time { seconds } => (view.time, orders.changes.pose) = (seconds, true),
             Command::Open { source } => orders.open = Some(source),
             Command::Steer {} => self.steering = Some(viewer),
             // Answered where they arrive.

@@ -1,5 +1,7 @@
 //! What is in a scene, for the page.
 
+use crate::objects::rows;
+use crate::stage::Objects;
 use crate::view::CameraView;
 use serde_json::{Value, json};
 use vastlight::math::{Aabb, Vec3};
@@ -71,9 +73,11 @@ fn bounds(bounds: &Aabb) -> Value {
 }
 
 /// What was picked.
-pub(crate) fn of_pick(picked: Option<&Picked>, scene: &Scene) -> Value {
+pub(crate) fn of_pick(picked: Option<&Picked>, scene: &Scene, objects: &Objects) -> Value {
     let Some(picked) = picked else { return json!({"kind": "picked", "object": null}) };
     let vector = |v: Vec3| v.to_array();
+    let opened = objects.opened(scene, picked.instance);
+    let at_rest = scene.extents()[picked.mesh as usize].bounds.transformed(&opened);
     json!({
         "kind": "picked",
         "object": picked.object,
@@ -86,5 +90,7 @@ pub(crate) fn of_pick(picked: Option<&Picked>, scene: &Scene) -> Value {
         "normal": vector(picked.normal),
         "depth": picked.depth,
         "bounds": bounds(&picked.bounds),
+        "opened": {"place": rows(&opened), "bounds": bounds(&at_rest)},
+        "held": objects.held(scene, picked.instance),
     })
 }

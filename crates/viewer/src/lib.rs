@@ -14,6 +14,7 @@ mod guard;
 mod hub;
 mod inventory;
 mod meter;
+mod objects;
 mod picture;
 mod rehearsal;
 mod server;

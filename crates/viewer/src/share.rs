@@ -1,19 +1,35 @@
 //! The command line and the program that make the picture of the page again.
 
+use crate::objects::Rows;
 use crate::view::{IntegratorName, View};
 use serde_json::{Value, json};
 use vastlight::film::Aov;
-use vastlight::transport::Integrator;
+use vastlight::transport::{Integrator, Tile};
 
 /// Both, and the override file that they need.
 pub(crate) fn of_view(view: &View, source: &str, arguments: &[String]) -> Value {
-    let overrides = view.edits.text();
+    let notice = notice(view);
+    // In front it is a remark, to shells and in override files alike.
+    let with_notice = |text: String| match notice.is_empty() || text.is_empty() {
+        true => text,
+        false => format!("# {notice}\n{text}"),
+    };
     json!({
         "kind": "share",
-        "command": command(view, source, arguments),
+        "command": with_notice(command(view, source, arguments)),
         "python": python(view, source, arguments),
-        "overrides": overrides,
+        "overrides": with_notice(view.edits.text()),
+        "notice": notice,
     })
+}
+
+/// What neither a command line nor an override file can say.
+fn notice(view: &View) -> String {
+    match view.objects.len() {
+        0 => String::new(),
+        1 => "Without the object that was put elsewhere: Python alone can do that".to_owned(),
+        n => format!("Without the {n} objects that were put elsewhere: Python alone can do that"),
+    }
 }
 
 /// What to call the file of overrides.
@@ -54,6 +70,9 @@ pub(crate) fn command(view: &View, source: &str, arguments: &[String]) -> String
     words.extend(arguments.iter().map(|word| quoted(word)));
     let mut flag = |name: &str, value: String| words.extend([name.to_owned(), quoted(&value)]);
     flag("-r", format!("{}x{}", view.size.width, view.size.height));
+    if let Some(Tile { min, max }) = view.region.map(|region| region.pixels(view.size)) {
+        flag("--crop", format!("{},{},{},{}", min[0], min[1], max[0], max[1]));
+    }
     flag("--spp", view.render.spp.to_string());
     flag("--max-depth", view.render.max_depth.to_string());
     flag("--seed", view.render.seed.to_string());
@@ -129,10 +148,18 @@ fn python(view: &View, source: &str, arguments: &[String]) -> String {
         save.push(format!("exposure={:?}, tonemap={}", view.tone.exposure, string(&view.tone.curve)));
     }
     let (load, render) = (load.join(", "), picture_arguments(view, &shown).join(", "));
-    let save = save.join(", ");
+    let (save, places) = (save.join(", "), places(view));
     format!(
-        "import vastlight as vl\n\ns = vl.load({load})\nimg = vl.render(s, {render}, progress=True)\nimg.save({save})\n"
+        "import vastlight as vl\n\ns = vl.load({load})\n{places}img = vl.render(s, {render}, progress=True)\nimg.save({save})\n"
     )
+}
+
+/// Objects that were put elsewhere, a line each.
+fn places(view: &View) -> String {
+    let line = |(instance, [x, y, z]): (u32, Rows)| {
+        format!("s.set_instance_transform({instance}, [{x:?}, {y:?}, {z:?}, [0, 0, 0, 1]])\n")
+    };
+    view.objects.iter().map(line).collect()
 }
 
 /// What decides the picture, as arguments of Python.
@@ -143,6 +170,9 @@ fn picture_arguments(view: &View, shown: &Shown) -> Vec<String> {
         format!("spp={}, max_depth={}, seed={}", render.spp, render.max_depth, render.seed),
         format!("integrator={}", string(shown.integrator)),
     ];
+    if let Some(Tile { min, max }) = view.region.map(|region| region.pixels(view.size)) {
+        given.push(format!("crop=({}, {}, {}, {})", min[0], min[1], max[0], max[1]));
+    }
     if shown.caustics {
         given.push("caustics=\"photons\"".to_owned());
     }
@@ -217,6 +247,24 @@ mod tests {
         assert!(says("steps") && says("picture.exr") && !says("caustics") && !says("tonemap"), "{both:?}");
         view.channel = Channel::NonFinite;
         assert_eq!(command(&view, "a.glb", &arguments), line);
+    }
+
+    #[test]
+    fn places_are_said_by_python_alone() {
+        let mut view = View::new(32);
+        view.edits.edit_light("Lamp".into(), LightEdit { scale: 2.0 });
+        let share = |view: &View| of_view(view, "a.glb", &[]);
+        assert_eq!(share(&view)["notice"], "");
+        assert!(share(&view)["command"].as_str().is_some_and(|line| line.starts_with("vastlight render")));
+        view.objects.put(7, Some([[1.0, 0.0, 0.0, 0.1], [0.0, 1e-9, 0.0, -2.0], [0.0, 0.0, 1.0, 0.0]]));
+        let shared = share(&view);
+        let text = |part: &str| shared[part].as_str().expect("text").to_owned();
+        let line = "\ns.set_instance_transform(7, [[1.0, 0.0, 0.0, 0.1], [0.0, 1e-9, 0.0, -2.0], [0.0, 0.0, 1.0, 0.0], [0, 0, 0, 1]])\n";
+        assert!(text("python").contains(line), "{}", text("python"));
+        for part in ["command", "overrides"] {
+            assert!(text(part).starts_with("# Without the object"), "{}", text(part));
+        }
+        assert!(vastlight::Overrides::parse(&text("overrides"), "the page's").is_ok());
     }
 
     #[test]

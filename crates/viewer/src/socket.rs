@@ -6,6 +6,7 @@ use crate::hub::{Hub, news};
 use crate::picture::Frame;
 use crate::server::Viewer;
 use crate::share;
+use crate::view::View;
 use axum::body::Bytes;
 use axum::extract::ws::{Message as WsMessage, WebSocket};
 use serde_json::{Value, json};
@@ -113,12 +114,15 @@ impl Connection {
 
     /// What a page needs to know first.
     fn hello(&self) -> Value {
+        let View { tone, render, channel, .. } = View::new(self.viewer.spp);
         json!({
             "kind": "hello",
             "id": self.id,
             "version": env!("CARGO_PKG_VERSION"),
             "demos": generate::names(),
             "folder": self.viewer.folder.is_some(),
+            "defaults": {"tone": tone, "render": render, "channel": channel},
+            "spp_chosen": self.viewer.spp != Viewer::default().spp,
         })
     }
 

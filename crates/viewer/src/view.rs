@@ -2,12 +2,13 @@
 
 use crate::develop::Channel;
 use crate::edits::Edits;
+use crate::objects::Places;
 use serde::{Deserialize, Serialize};
 use vastlight::film::{BitDepth, PngOptions, ToneCurve};
 use vastlight::math::Vec3;
 use vastlight::scene::{Camera, Projection, Scene};
 use vastlight::transport::photon::PhotonSettings;
-use vastlight::transport::{Integrator, RenderSettings};
+use vastlight::transport::{Integrator, RenderSettings, Tile};
 use vastlight::{CameraChoice, Error, RenderRequest};
 
 /// All of it.
@@ -19,9 +20,13 @@ pub(crate) struct View {
     pub(crate) render: RenderView,
     pub(crate) channel: Channel,
     pub(crate) paused: bool,
+    /// To what of the picture refining is limited.
+    pub(crate) region: Option<Region>,
     /// The moment of a scene that moves, seconds.
     pub(crate) time: f32,
     pub(crate) edits: Edits,
+    /// Instances that were put elsewhere.
+    pub(crate) objects: Places,
 }
 
 impl View {
@@ -40,8 +45,10 @@ impl View {
             },
             channel: Channel::Beauty,
             paused: false,
+            region: None,
             time: 0.0,
             edits: Edits::default(),
+            objects: Places::default(),
         }
     }
 
@@ -165,6 +172,29 @@ impl Size {
                 Self::MOST_PIXELS
             )),
         }
+    }
+}
+
+/// A rectangle of the picture: left, top, right and bottom, in parts of its edges.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub(crate) struct Region([f32; 4]);
+
+impl Region {
+    pub(crate) fn check(self) -> Result<(), String> {
+        let [x0, y0, x1, y1] = self.0;
+        match 0.0 <= x0 && x0 < x1 && x1 <= 1.0 && 0.0 <= y0 && y0 < y1 && y1 <= 1.0 {
+            true => Ok(()),
+            false => Err("a region is left, top, right and bottom, 0 to 1".to_owned()),
+        }
+    }
+
+    /// All pixels of which it has a part.
+    pub(crate) fn pixels(self, Size { width, height }: Size) -> Tile {
+        let [x0, y0, x1, y1] = self.0;
+        let first = |part: f32, edge: u32| ((part * edge as f32) as u32).min(edge - 1);
+        let last = |part: f32, edge: u32| ((part * edge as f32).ceil() as u32).min(edge);
+        Tile { min: [first(x0, width), first(y0, height)], max: [last(x1, width), last(y1, height)] }
     }
 }
 

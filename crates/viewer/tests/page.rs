@@ -3,7 +3,7 @@
 mod common;
 
 use common::browser::{self, Browser};
-use common::{fetch, server};
+use common::{Page, fetch, server};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -125,6 +125,155 @@ fn the_keyboard_does_all() {
     browser.key("Escape", "Escape", 0);
     browser.wait_for("!document.getElementById('help').open");
     browser.key("t", "KeyT", 0);
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+/// Types a number into a field of the panel.
+fn fill(browser: &mut Browser, label: &str, value: f64) {
+    browser.eval(&format!(
+        "(() => {{ const f = document.querySelector('[aria-label=\"{label}\"]'); f.focus(); f.value = '{value}'; \
+         f.dispatchEvent(new Event('input')); f.blur(); }})()"
+    ));
+}
+
+fn field(browser: &mut Browser, label: &str) -> f64 {
+    let value = browser.eval(&format!("document.querySelector('[aria-label=\"{label}\"]').valueAsNumber"));
+    value.as_f64().unwrap_or_else(|| panic!("{label}: {value}"))
+}
+
+#[test]
+fn a_picked_object_is_moved_turned_scaled_and_put_back() {
+    let Some((_server, mut browser)) = page("demo:still-life", 1, [700, 500]) else { return };
+    browser.wait_for(DONE);
+    let plain = browser.eval(HASH);
+    let [x, y] = middle(&mut browser);
+    browser.click(x, y);
+    browser.wait_for("vastlight.state.picked !== null");
+    let instance = browser.eval("vastlight.state.picked.instance");
+    let rows = format!("vastlight.state.view.objects[{instance}]");
+    let labels =
+        ["Move x", "Move y", "Move z", "Turn ° x", "Turn ° y", "Turn ° z", "Scale x", "Scale y", "Scale z"];
+    let fields = |browser: &mut Browser| labels.map(|label| field(browser, label));
+    assert_eq!(fields(&mut browser), [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+    for (label, value) in [("Move y", 0.25), ("Turn ° x", 30.0), ("Turn ° y", -40.0), ("Turn ° z", 50.0)] {
+        fill(&mut browser, label, value);
+    }
+    fill(&mut browser, "Scale x", 2.0);
+    let wanted = [0.0, 0.25, 0.0, 30.0, -40.0, 50.0, 2.0, 2.0, 2.0];
+    assert_eq!(fields(&mut browser), wanted, "scaled evenly");
+    browser.wait_for(&format!("{DONE} && {HASH} !== {plain}"));
+
+    // Who comes later reads the same from the server's matrix.
+    browser.call("Page.reload", json!({}));
+    browser.wait_for("!!window.vastlight?.measured.last && vastlight.state.steering");
+    let found = (1..60).any(|i| {
+        browser.click(x + f64::from(i % 8 - 4) * 20.0, y + f64::from(i / 8 - 4) * 20.0);
+        std::thread::sleep(Duration::from_millis(100));
+        browser.eval("vastlight.state.picked?.instance ?? null") == instance
+    });
+    assert!(found);
+    let read = fields(&mut browser);
+    assert!(read.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 0.011), "{read:?}");
+
+    // So it is of an object whose own matrix is turned and scaled.
+    let rest = browser.eval(
+        "import(document.querySelector('script').src.replace('main.js', 'object.js')).then(({ Placed }) => { \
+         const opened = { place: [[0, -2, 0, 1], [3, 0, 0, 2], [0, 0, 1, 3]], bounds: { min: [-1, 5, 3], max: [2, 7, 4] } }; \
+         const [a, b] = [new Placed({ instance: 0, opened }), new Placed({ instance: 0, opened })]; \
+         Object.assign(a, { move: [1, 2, 3], turn: [10, -20, 30], scale: [-1, 2, 0.5] }); b.take(a.place()); \
+         const all = ({ move, turn, scale }) => [...move, ...turn, ...scale]; \
+         return Math.max(...all(a).map((x, i) => Math.abs(x - all(b)[i]))); })",
+    );
+    assert!(rest.as_f64().is_some_and(|rest| rest < 1e-4), "{rest}");
+
+    let before = browser.eval(&rows);
+    browser.key("ArrowRight", "ArrowRight", 1);
+    browser.wait_for(&format!("JSON.stringify({rows}) !== '{before}'"));
+    let eye = browser.eval("JSON.stringify(vastlight.camera.plain().eye)");
+    browser.eval("document.getElementById('viewport').focus()");
+    browser.key("c", "KeyC", 0);
+    browser.wait_for("document.getElementById('toasts').textContent.includes('Python alone')");
+    browser.eval("document.getElementById('text-dialog').close()");
+    browser.eval(
+        "[...document.querySelectorAll('button')].find((b) => b.textContent === 'Put it back').click()",
+    );
+    browser.wait_for(&format!("{rows} === undefined && {DONE} && {HASH} === {plain}"));
+    assert_eq!(browser.eval("JSON.stringify(vastlight.camera.plain().eye)"), eye);
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+#[test]
+fn a_region_is_drawn_refined_and_taken_away() {
+    let Some((_server, mut browser)) = page("demo:cornell", 2, [700, 500]) else { return };
+    browser.wait_for(DONE);
+    let [x, y] = middle(&mut browser);
+    let eye = "JSON.stringify(vastlight.camera.plain().eye)";
+    let before = browser.eval(eye);
+    browser.eval("document.getElementById('viewport').focus()");
+    browser.key("b", "KeyB", 0);
+    browser.mouse("mousePressed", x - 60.0, y - 40.0, 1);
+    browser.mouse("mouseMoved", x, y, 1);
+    browser.mouse("mouseMoved", x + 60.0, y + 40.0, 1);
+    browser.mouse("mouseReleased", x + 60.0, y + 40.0, 1);
+    browser.wait_for("vastlight.state.view.region !== null");
+    assert_eq!(browser.eval(eye), before, "the camera stays");
+    let mark = "(() => { const b = document.getElementById('region').getBoundingClientRect(); return [b.left, b.top, b.right, b.bottom]; })()";
+    let shown = browser.eval(mark);
+    let wanted = [x - 60.0, y - 40.0, x + 60.0, y + 40.0];
+    let is_there =
+        wanted.iter().enumerate().all(|(i, edge)| (shown[i].as_f64().unwrap_or(-1.0) - edge).abs() < 1.5);
+    assert!(is_there, "{shown} is not {wanted:?}");
+    browser.wait_for("document.getElementById('activity').textContent.includes('in the region, done')");
+    browser.resize(600, 420, false);
+    browser.wait_for(&format!("JSON.stringify({mark}) !== '{shown}'"));
+    browser.key("b", "KeyB", 0);
+    browser.wait_for("vastlight.state.view.region === null && document.getElementById('region').hidden");
+    browser.key("b", "KeyB", 0);
+    browser.key("Escape", "Escape", 0);
+    browser.key("b", "KeyB", 0);
+    browser.key("Enter", "Enter", 0);
+    browser.wait_for("JSON.stringify(vastlight.state.view.region) === '[0.25,0.25,0.75,0.75]'");
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+/// A server at another port is offered what the browser kept, but not one whose view somebody has changed, nor samples that it was given.
+#[test]
+fn settings_go_from_one_server_to_the_next() {
+    let Some((first, mut browser)) = page("demo:cornell", 64, [500, 400]) else { return };
+    let set = |browser: &mut Browser, label: &str, value: f64| {
+        browser.eval(&format!(
+            "(() => {{ const f = document.querySelector('[aria-label=\"{label}, number\"]'); f.value = '{value}'; \
+             f.dispatchEvent(new Event('change')); }})()"
+        ));
+    };
+    for (label, value, place) in [
+        ("Exposure", 1.5, "tone.exposure"),
+        ("Depth", 3.0, "render.max_depth"),
+        ("Samples", 2.0, "render.spp"),
+        ("Seed", 9.0, "render.seed"),
+    ] {
+        set(&mut browser, label, value);
+        browser.wait_for(&format!("vastlight.state.view.{place} === {value}"));
+    }
+    browser.eval("document.querySelector('input[value=albedo]').click()");
+    browser.wait_for("vastlight.state.view.channel === 'albedo'");
+    drop(first);
+    let view = "(({ tone, render, channel }) => [tone.exposure, render.max_depth, render.spp, render.seed, channel].join())(vastlight.state.view)";
+    for (spp, expected) in [(5, "1.5,3,5,0,albedo"), (64, "1.5,3,2,0,albedo")] {
+        let server = server(Some("demo:cornell"), spp);
+        browser.open(server.url(), 500, 400);
+        browser.wait_for(&format!("vastlight.state.steering && {view} === '{expected}'"));
+    }
+    let server = server(Some("demo:cornell"), 64);
+    let mut other = Page::open(server.url());
+    other.send(&json!({"do": "tone", "tone": {"exposure": -2.0, "curve": "linear"}}));
+    other.wait_until("state", |state| state["view"]["tone"]["exposure"] == -2.0);
+    browser.open(server.url(), 500, 400);
+    browser.complaints.clear();
+    drop(other);
+    browser.wait_for(READY);
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(browser.eval(view), "-2,16,64,0,beauty");
     assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }
 
@@ -300,6 +449,10 @@ fn screenshots() {
         if name == "viewer-phone" {
             browser.eval("document.getElementById('panel-toggle').click()");
         }
+        let [x, y] = middle(&mut browser);
+        browser.click(x, y);
+        browser.wait_for("vastlight.state.picked !== null");
+        browser.eval("[...document.querySelectorAll('summary')].find((s) => s.textContent === 'Selection').scrollIntoView()");
         browser.wait_for(DONE);
         std::thread::sleep(Duration::from_secs(1));
         let file = std::path::Path::new(&folder).join(format!("{name}.png"));

@@ -8,9 +8,12 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use tungstenite::Message;
 use vastlight::film::{PngOptions, encode_exr, encode_png};
-use vastlight::math::Vec3;
+use vastlight::math::{Affine3, Vec3};
+use vastlight::store::PackConfig;
 use vastlight::transport::RenderSettings;
-use vastlight::{CameraChoice, Control, LoadOptions, Overrides, RenderRequest, open, render};
+use vastlight::{
+    CameraChoice, Control, LoadOptions, Overrides, RenderRequest, Session, open, pack, render, stream,
+};
 use vastlight_viewer::{Server, Viewer};
 
 const SMALL: [u32; 2] = [64, 48];
@@ -144,6 +147,146 @@ fn materials_and_moments_change_while_one_looks() {
     assert!(error["what"].as_str().is_some_and(|what| what.contains("no such thing")), "{error}");
     page.send(&json!({"do": "time", "seconds": 1.0}));
     assert!(page.wait_for("error")["what"].as_str().is_some_and(|what| what.contains("moves")));
+}
+
+/// What [`Session::place`] and a picture make of a scene.
+fn placed(source: &str, instance: u32, rows: [[f32; 4]; 3]) -> Vec<u8> {
+    let options = LoadOptions::default();
+    let mut session = Session::new(open(source, &options).expect("opened"), source, &options);
+    let column = |i: usize| Vec3::new(rows[0][i], rows[1][i], rows[2][i]);
+    let place = Affine3::from_cols(column(0), column(1), column(2), column(3));
+    session.place(instance, place).expect("placed");
+    let camera = CameraChoice::default().resolve(&session.open().scene).expect("a camera");
+    let request = RenderRequest::new(RenderSettings::new(camera, SMALL[0], SMALL[1]), 2);
+    let cancel = AtomicBool::new(false);
+    let rendered = session.render(&request, &Control::new(&cancel, &|_| {})).expect("rendered");
+    encode_png(&rendered.develop(), &PngOptions::default()).expect("encoded")
+}
+
+fn picked(page: &mut Page, x: f64, y: f64) -> Value {
+    page.send(&json!({"do": "pick", "x": x, "y": y}));
+    page.wait_for("picked")
+}
+
+/// In memory and in a store: the picture is that of a session whose object was put there, and `revert` takes it back.
+#[test]
+fn an_object_is_put_elsewhere_and_back() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let store = folder.path().join("still-life.vls");
+    let whole = stream("demo:still-life", &LoadOptions::default()).expect("a demo");
+    pack(whole, &store, &PackConfig::default(), |_| {}).expect("packed");
+    for source in ["demo:still-life", store.to_str().expect("UTF-8")] {
+        let server = server(Some(source), 2);
+        let mut page = Page::open(server.url());
+        page.wait_until("scene", |scene| scene["phase"] == "ready");
+        page.send(&small());
+        let plain = page.picture_until(|p| p.is_final && p.size == SMALL.map(|n| n as u16));
+        let before = picked(&mut page, 0.5, 0.6);
+        assert_eq!(before["held"], Value::Null);
+        let instance = before["instance"].as_u64().expect("a number") as u32;
+        let mut rows: [[f32; 4]; 3] =
+            serde_json::from_value(before["opened"]["place"].clone()).expect("rows");
+        (rows[1][3], rows[1][0]) = (rows[1][3] + 0.15, rows[1][0] + 0.1);
+        let expected = placed(source, instance, rows);
+        assert!(expected != plain.file, "it is seen");
+        page.send(&json!({"do": "object", "instance": instance, "place": rows}));
+        page.picture_until(|p| p.is_final && p.file == expected);
+        page.send(&json!({"do": "share"}));
+        let line = format!("s.set_instance_transform({instance}, [{:?}, ", rows[0]);
+        let shared = page.wait_for("share");
+        assert!(shared["python"].as_str().is_some_and(|text| text.contains(&line)), "{shared}");
+
+        // Where it was is known still.
+        let after = picked(&mut page, 0.5, 0.55);
+        if after["instance"] == instance {
+            assert_eq!(after["opened"], before["opened"]);
+            assert_ne!(after["bounds"], before["bounds"]);
+        }
+        page.send(&json!({"do": "object", "instance": instance, "place": null}));
+        page.picture_until(|p| p.is_final && p.file == plain.file);
+        page.send(&json!({"do": "object", "instance": instance, "place": rows}));
+        page.picture_until(|p| p.is_final && p.file == expected);
+        page.send(&json!({"do": "revert"}));
+        page.picture_until(|p| p.is_final && p.file == plain.file);
+
+        // What cannot be is told, and changes nothing.
+        let flat = [[0.0; 4]; 3];
+        for (instance, place) in [(instance, flat), (1 << 30, rows)] {
+            page.send(&json!({"do": "object", "instance": instance, "place": place}));
+            assert!(page.wait_for("error")["what"].as_str().is_some_and(|what| !what.is_empty()));
+            page.send(&json!({"do": "pause", "paused": false}));
+            page.wait_until("state", |state| state["view"]["objects"] == json!({}));
+        }
+        page.send(&json!({"do": "reset"}));
+        page.picture_until(|p| p.is_final && p.file == plain.file);
+    }
+}
+
+/// Pixels of a file, by their places.
+fn pixel(file: &[u8], x: u32, y: u32) -> image::Rgb<u8> {
+    *image::load_from_memory(file).expect("a picture").to_rgb8().get_pixel(x, y)
+}
+
+#[test]
+fn a_region_goes_on_and_the_rest_waits() {
+    let server = server(Some("demo:cornell"), 2);
+    let mut page = Page::open(server.url());
+    page.wait_until("scene", |scene| scene["phase"] == "ready");
+    page.send(&small());
+    let plain = page.picture_until(|p| p.is_final && p.size == SMALL.map(|n| n as u16)).file;
+    page.send(&json!({"do": "region", "region": [0.26, 0.3, 0.5, 0.5]}));
+    let render =
+        |spp: u32| json!({"integrator": "path", "max_depth": 16, "spp": spp, "seed": 0, "caustics": false});
+    page.send(&json!({"do": "render", "render": render(12)}));
+    let partly = page.picture_until(|p| p.is_final && p.spp == 12).file;
+    let choice = CameraChoice::default();
+    let finer = rendered("demo:cornell", &choice, 12, None);
+    let finer = encode_png(&finer, &PngOptions::default()).expect("encoded");
+    let places = || (0..SMALL[1]).flat_map(|y| (0..SMALL[0]).map(move |x| [x, y]));
+    let inside = |[x, y]: &[u32; 2]| (16..32).contains(x) && (14..24).contains(y);
+    // Tiles are of 16 pixels.
+    let outside = |[x, y]: &[u32; 2]| !((16..32).contains(x) && *y < 32);
+    assert!(places().filter(inside).all(|[x, y]| pixel(&partly, x, y) == pixel(&finer, x, y)));
+    assert!(places().filter(outside).all(|[x, y]| pixel(&partly, x, y) == pixel(&plain, x, y)));
+    assert!(partly != plain && partly != finer);
+
+    page.send(&json!({"do": "share"}));
+    let shared = page.wait_for("share");
+    assert!(shared["command"].as_str().is_some_and(|line| line.contains("--crop 16,14,32,24 ")), "{shared}");
+    assert!(shared["python"].as_str().is_some_and(|text| text.contains("crop=(16, 14, 32, 24)")), "{shared}");
+
+    // From elsewhere all of the picture has a sample, and the region all.
+    let camera = json!({"eye": [1.5, 1.25, 3.0], "target": [0.1, 0.75, 0.0], "fov": 47.5});
+    let before = server.rendered_samples();
+    page.send(&json!({"do": "camera", "camera": camera, "input": 7}));
+    page.picture_until(|p| p.is_final && p.input == 7);
+    let all = u64::from(12 * SMALL[0] * SMALL[1]);
+    assert!(server.rendered_samples() - before < all / 2, "the region alone is refined");
+    page.send(&json!({"do": "region", "region": null}));
+    let look_at = Some([Vec3::new(1.5, 1.25, 3.0), Vec3::new(0.1, 0.75, 0.0)]);
+    let whole = rendered("demo:cornell", &CameraChoice { name: None, look_at, fov: Some(47.5) }, 12, None);
+    let png = encode_png(&whole, &PngOptions::default()).expect("encoded");
+    page.picture_until(|p| p.is_final && p.file == png);
+}
+
+#[test]
+fn what_moves_by_itself_is_left_where_it_is() {
+    for (source, word) in [("demo:traffic", "animation"), ("demo:metaballs", "anew")] {
+        let server = server(Some(source), 1);
+        let mut page = Page::open(server.url());
+        page.wait_until("scene", |scene| scene["phase"] == "ready");
+        page.send(&small());
+        let seen: Vec<Value> = (1..8)
+            .flat_map(|y| (1..8).map(move |x| [x, y]))
+            .map(|[x, y]| picked(&mut page, f64::from(x) / 8.0, f64::from(y) / 8.0))
+            .collect();
+        let held = seen.iter().find(|picked| picked["held"].as_str().is_some_and(|why| why.contains(word)));
+        let held = held.unwrap_or_else(|| panic!("nothing moves: {seen:?}"));
+        let place = &held["opened"]["place"];
+        page.send(&json!({"do": "object", "instance": held["instance"], "place": place}));
+        let error = page.wait_for("error");
+        assert!(error["what"].as_str().is_some_and(|what| what.contains(word)), "{error}");
+    }
 }
 
 #[test]

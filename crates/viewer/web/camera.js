@@ -58,6 +58,13 @@ export class Camera {
     this.target = add(this.eye, scale(this.#turned(yaw, pitch), distance));
   }
 
+  // The way sideways at the depth of a point, in parts of the picture's height.
+  across(place, x, y) {
+    const { forward, right, up } = this.axes();
+    const height = 2 * dot(sub(place, this.eye), forward) * Math.tan((this.fov * Math.PI) / 360);
+    return add(scale(right, x * height), scale(up, y * height));
+  }
+
   // Moves sideways, in parts of the picture's height.
   pan(x, y) {
     const { right, up } = this.axes();

@@ -11,6 +11,7 @@ const LIST = [
   ["Drag, arrow keys", "Orbit"],
   ["Shift + drag, middle drag, Shift + arrows", "Pan"],
   ["Right drag", "Look around"],
+  ["Alt + drag, Alt + arrows", "Move the picked object"],
   ["Wheel, + and −", "Zoom"],
   ["W A S D, Q E", "Fly; with Shift faster"],
   ["One finger, two fingers", "Orbit; pan and zoom"],
@@ -21,6 +22,7 @@ const LIST = [
   ["[ and ]", "Exposure down and up by a quarter stop"],
   ["V", "Next output: light, albedo, normals, ..."],
   ["Space", "Pause or go on"],
+  ["B", "Refine a region: draw it, or Enter for the middle; B again for all"],
   ["R", "Begin the picture anew"],
   ["C, P", "Copy the command line; copy as Python"],
   ["L", "Play or stop the timeline"],
@@ -48,7 +50,16 @@ export function listen(canvas, camera, actions) {
     ctrlKey || metaKey || altKey || target.closest("input, select, textarea, dialog") !== null ||
     ((key === "Enter" || key === " ") && target.closest("button, summary, a") !== null);
 
+  const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+  // Moves the picked object; says whether there is one.
+  function carries({ altKey, key, target }) {
+    const arrow = altKey && !target.closest("input, select, textarea, dialog") && ARROWS[key];
+    return arrow && actions.carry(arrow[0] * 0.02, arrow[1] * 0.02);
+  }
+
   document.addEventListener("keydown", (event) => {
+    if (carries(event)) return event.preventDefault();
     if (isTaken(event)) return;
     const digit = /^Digit([0-9])$/.exec(event.code);
     if (event.key === "?") actions.help();
@@ -60,8 +71,7 @@ export function listen(canvas, camera, actions) {
   });
 
   function named(event) {
-    const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-    const arrow = arrows[event.key];
+    const arrow = ARROWS[event.key];
     if (arrow && event.shiftKey) camera.pan(arrow[0] * 0.05, arrow[1] * 0.05);
     else if (arrow) camera.orbit(arrow[0] * STEP, -arrow[1] * STEP);
     else if (event.key === "+" || event.key === "=") camera.dolly(1 / 1.1);
@@ -75,7 +85,7 @@ export function listen(canvas, camera, actions) {
     const others = {
       f: actions.frameSelection, Home: actions.frameAll, Enter: actions.pickMiddle, Escape: actions.clear,
       "[": () => actions.expose(-0.25), "]": () => actions.expose(0.25), v: actions.nextChannel, " ": actions.pause,
-      r: actions.reset, c: actions.copyCommand, p: actions.copyPython, l: actions.play, t: actions.theme, h: actions.panel,
+      b: actions.region, r: actions.reset, c: actions.copyCommand, p: actions.copyPython, l: actions.play, t: actions.theme, h: actions.panel,
     };
     const action = others[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!action) return false;

@@ -5,8 +5,9 @@ import { Camera } from "./camera.js";
 import * as pointer from "./pointer.js";
 import * as keys from "./keys.js";
 import { Panel, CHANNELS } from "./panel.js";
+import { Region } from "./region.js";
 import { Scenes } from "./scenes.js";
-import { recall, remember } from "./store.js";
+import { recall, recallSettings, remember, rememberSetting } from "./store.js";
 
 const MOST_PIXELS = 2_560_000;
 // How long after its own input a page does not take the camera from the server.
@@ -39,7 +40,31 @@ function open(source) {
 }
 
 function want(command) {
-  if (state.steering) link.send(command);
+  if (!state.steering) return;
+  link.send(command);
+  if (KEPT.includes(command.do)) rememberSetting(command.do, command[command.do]);
+}
+
+// Settings that the browser keeps are offered to a server that has its defaults still.
+const KEPT = ["tone", "render", "channel"];
+let defaults = null;
+
+function offerSettings(view) {
+  const isDefault = defaults && KEPT.every((name) => same(view[name], defaults[name]));
+  const { tone, render, channel } = recallSettings();
+  if (isDefault && tone) link.send({ do: "tone", tone: { ...view.tone, ...tone } });
+  if (isDefault && render) {
+    const { seed, spp } = view.render;
+    link.send({ do: "render", render: { ...view.render, ...render, seed, spp: defaults.isChosen ? spp : (render.spp ?? spp) } });
+  }
+  if (isDefault && CHANNELS.some(([name]) => name === channel)) link.send({ do: "channel", channel });
+  defaults = null;
+}
+
+// Whether two plain values are alike, whatever the order of their fields.
+function same(a, b) {
+  if (typeof a !== "object") return a === b;
+  return Object.keys(a).every((key) => same(a[key], b[key]));
 }
 
 let cameraIsDue = false;
@@ -167,6 +192,7 @@ function sendSize() {
 new ResizeObserver(() => {
   clearTimeout(sizeTimer);
   sizeTimer = setTimeout(sendSize, 120);
+  if (state.view && !region.isOn) region.show(state.view.region);
 }).observe(frame);
 
 // The part of the canvas that the picture fills.
@@ -176,6 +202,12 @@ function pictureBox() {
   const [width, height] = [canvas.width * fit, canvas.height * fit];
   return { left: box.left + (box.width - width) / 2, top: box.top + (box.height - height) / 2, width, height };
 }
+
+const region = new Region(canvas, $("region"), {
+  box: pictureBox,
+  want: (rectangle) => want({ do: "region", region: rectangle }),
+  drawing: (on) => panel.showRegion(state.view?.region ?? null, on),
+});
 
 function pick(clientX, clientY) {
   const box = pictureBox();
@@ -266,10 +298,13 @@ const actions = {
     state.moved = -Infinity;
     if (name !== undefined) want({ do: "scene_camera", name });
   },
-  frameSelection: () => (state.picked ? frameBox(state.picked.bounds) : frameBox(state.scene?.inventory.bounds)),
+  frameSelection: () => (panel.object ? frameBox(panel.object.bounds()) : frameBox(state.scene?.inventory.bounds)),
   frameAll: () => frameBox(state.scene?.inventory.bounds),
-  pickMiddle,
+  pickMiddle: () => (region.isOn ? region.takeMiddle() : pickMiddle()),
+  carry: (x, y) => state.steering && panel.object !== null && panel.carry(camera.across(panel.object.now(), x, y)),
+  region: () => state.steering && region.toggle(),
   clear: () => {
+    if (region.isOn) return region.set(false);
     state.picked = null;
     panel.showPicked(null);
   },
@@ -302,7 +337,7 @@ const actions = {
 
 const panel = new Panel($("panel"), want, actions);
 const scenes = new Scenes(link, open);
-pointer.listen(canvas, camera, { moved, clicked: pick });
+pointer.listen(canvas, camera, { moved, clicked: pick, carried: actions.carry });
 keys.listen(canvas, camera, actions);
 keys.fillList($("key-list"));
 
@@ -349,8 +384,9 @@ function on(kind, act) {
   link.addEventListener(kind, ({ detail }) => act(detail));
 }
 
-on("hello", ({ id }) => {
+on("hello", ({ id, defaults: known, spp_chosen: isChosen }) => {
   state.id = id;
+  defaults = { ...known, isChosen };
   $("offline").hidden = true;
 });
 
@@ -373,8 +409,9 @@ on("share", (shared) => {
   if (!shareWanted) return;
   const { part, what } = shareWanted;
   shareWanted = null;
-  if (shared[part]) copy(shared[part], what);
-  else toast("Nothing was changed");
+  if (!shared[part]) return toast(shared.notice || "Nothing was changed");
+  copy(shared[part], what);
+  if (part !== "python" && shared.notice) toast(shared.notice, true);
 });
 
 on("picked", (picked) => {
@@ -388,6 +425,8 @@ on("state", ({ view, steering, viewers }) => {
   state.view = view;
   state.steering = steering === state.id;
   panel.showView(view);
+  panel.showRegion(view.region, region.isOn);
+  if (!region.isOn) region.show(view.region);
   panel.showSteering(state.steering);
   $("pause").setAttribute("aria-pressed", String(view.paused));
   $("pause").textContent = view.paused ? "Go on" : "Pause";
@@ -396,7 +435,10 @@ on("state", ({ view, steering, viewers }) => {
   $("steer-state").hidden = viewers < 2 && state.steering;
   $("steer-state").textContent = state.steering ? `${viewers} watching` : "watching";
   adopt();
-  if (began) sendSize();
+  if (began) {
+    sendSize();
+    offerSettings(view);
+  }
 });
 
 on("scene", (scene) => {
@@ -450,7 +492,7 @@ on("status", (status) => {
   const part = Math.min(1, status.spp / status.target);
   $("progress").firstElementChild.style.width = `${part * 100}%`;
   $("progress").setAttribute("aria-valuenow", String(Math.round(part * 100)));
-  const count = `${status.spp} / ${status.target} spp`;
+  const count = `${status.spp} / ${status.target} spp${state.view?.region ? " in the region" : ""}`;
   const texts = { done: `${count}, done`, paused: `${count}, paused`, moving: "moving", refining: count };
   showActivity(status.activity, texts[status.activity]);
   panel.showStatus(status);
@@ -458,7 +500,9 @@ on("status", (status) => {
 });
 
 on("picture", ({ bitmap, full, input, bytes, number, isFinal, spp, size }) => {
-  if (canvas.width !== full[0] || canvas.height !== full[1]) [canvas.width, canvas.height] = full;
+  const changed = canvas.width !== full[0] || canvas.height !== full[1];
+  if (changed) [canvas.width, canvas.height] = full;
+  if (changed && !region.isOn) region.show(state.view?.region ?? null);
   context.imageSmoothingEnabled = size[0] < full[0];
   context.imageSmoothingQuality = "medium";
   context.drawImage(bitmap, 0, 0, full[0], full[1]);

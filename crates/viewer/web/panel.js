@@ -1,5 +1,6 @@
 // The panel: sections of controls. Each control shows the server's state, and tells what its user wants.
 
+import { Placed } from "./object.js";
 import { Plot, bytes } from "./plots.js";
 import { recall, remember } from "./store.js";
 
@@ -46,6 +47,24 @@ function number(label, { min, max, step, digits = 2, curve = (x) => x, inverse =
   slider.addEventListener("input", () => want(curve(Number(slider.value))));
   field.addEventListener("change", () => want(Number(field.value)));
   return { root: row(label, slider, field), show, inputs: [slider, field] };
+}
+
+// Three numbers in a row, for the axes of the world.
+function triple(label, { step, digits, change }) {
+  const fields = ["x", "y", "z"].map((axis) => {
+    const field = make("input", { type: "number", step });
+    field.setAttribute("aria-label", `${label} ${axis}`);
+    return field;
+  });
+  fields.forEach((field, i) => field.addEventListener("input", () => {
+    if (field.value !== "" && Number.isFinite(field.valueAsNumber)) change(i, field.valueAsNumber);
+  }));
+  const show = (values, other = digits) => fields.forEach((field, i) => {
+    if (document.activeElement !== field) field.value = Number(values[i].toFixed(other));
+  });
+  const name = make("span", { textContent: label, className: "name" });
+  name.setAttribute("aria-hidden", "true");
+  return { root: make("div", { className: "row three" }, name, ...fields), show, inputs: fields };
 }
 
 function choice(label, options, change) {
@@ -115,6 +134,8 @@ export class Panel {
     this.materials = new Map();
     this.lights = new Map();
     this.edits = {};
+    this.object = null;
+    [this.sent, this.seen] = [[], null];
     root.append(...this.#sections());
   }
 
@@ -147,7 +168,9 @@ export class Panel {
     this.caustics = check("Caustics", (caustics) => this.#render({ caustics }));
     this.size = choice("Resolution", SIZES, act.size);
     this.size.show(recall("size", "fit-1"));
-    const renderButtons = make("div", { className: "buttons" }, button("Begin anew", () => want({ do: "reset" }), "R"));
+    this.region = button("Refine a region", act.region, "B");
+    this.region.setAttribute("aria-pressed", "false");
+    const renderButtons = make("div", { className: "buttons" }, this.region, button("Begin anew", () => want({ do: "reset" }), "R"));
 
     this.channel = channels((channel) => want({ do: "channel", channel }));
 
@@ -157,7 +180,19 @@ export class Panel {
     this.color.addEventListener("input", () => this.#material({ base_color: unhex(this.color.value) }));
     this.roughness = number("Roughness", { min: 0, max: 1, step: 0.01, change: (roughness) => this.#material({ roughness }) });
     this.metallic = number("Metalness", { min: 0, max: 1, step: 0.01, change: (metallic) => this.#material({ metallic }) });
-    this.revert = button("Undo all changes of looks", () => want({ do: "revert" }));
+    this.move = triple("Move", { step: 0.1, digits: 3, change: (i, x) => this.#arrange("move", i, x) });
+    this.turn = triple("Turn °", { step: 5, digits: 2, change: (i, x) => this.#arrange("turn", i, x) });
+    this.scale = triple("Scale", { step: 0.05, digits: 3, change: (i, x) => x !== 0 && this.#arrange("scale", i, x) });
+    this.even = check("Scale evenly", () => {});
+    this.even.show(true);
+    this.putBack = button("Put it back", () => {
+      this.object?.take(null);
+      this.#sendPlace();
+    });
+    this.objectRows = make("div", { className: "group" }, this.move.root, this.turn.root, this.scale.root, this.even.root,
+      make("div", { className: "buttons" }, this.putBack));
+    this.objectRows.hidden = true;
+    this.revert = button("Undo all changes", () => want({ do: "revert" }));
     this.picked.show([["Object", "Click into the picture."]]);
 
     this.plots = {
@@ -174,14 +209,15 @@ export class Panel {
     this.about = facts();
 
     this.steered = [this.camera, this.fov, this.exposure, this.curve, this.rotation, this.strength, this.light, this.lightScale, this.integrator,
-      this.depth, this.spp, this.seed, this.caustics, this.channel, this.material, this.roughness, this.metallic, { inputs: [this.color, this.revert] }]
+      this.depth, this.spp, this.seed, this.caustics, this.channel, this.material, this.roughness, this.metallic, this.move, this.turn, this.scale,
+      this.even, { inputs: [this.color, this.revert, this.putBack, this.region] }]
       .flatMap(({ inputs }) => inputs);
     return [
       section("View", true, this.channel.root),
       section("Camera", true, this.camera.root, this.fov.root, this.speed.root, this.place.root, cameraButtons, this.bookmarks),
       section("Light & tone", true, this.exposure.root, this.curve.root, this.rotation.root, this.strength.root, this.lightRows),
       section("Render", true, this.integrator.root, this.depth.root, this.spp.root, this.seed.root, this.caustics.root, this.size.root, renderButtons),
-      section("Selection", true, this.picked.root, this.material.root, row("Base colour", this.color), this.roughness.root, this.metallic.root, this.revert),
+      section("Selection", true, this.picked.root, this.objectRows, this.material.root, row("Base colour", this.color), this.roughness.root, this.metallic.root, this.revert),
       section("Memory & speed", true, ...Object.values(this.plots).map((plot) => plot.root), this.figures.root),
       section("Share", true, share),
       section("Scene", false, this.about.root),
@@ -206,6 +242,68 @@ export class Panel {
     if (this.materials.has(name)) this.want({ do: "material", name, edit });
   }
 
+  showRegion(region, drawing) {
+    this.region.setAttribute("aria-pressed", String(drawing || region !== null));
+    this.region.textContent = drawing ? "Draw in the picture" : region ? "Refine all again" : "Refine a region";
+  }
+
+  // One number of the picked object's place.
+  #arrange(part, i, x) {
+    const { object } = this;
+    if (!object) return;
+    const ratio = x / object[part][i];
+    if (part === "scale" && this.even.inputs[0].checked) object.scale = object.scale.map((old) => old * ratio);
+    object[part][i] = x;
+    this.#sendPlace();
+  }
+
+  // Moves the picked object; says whether there is one that may be moved.
+  carry(by) {
+    const { object } = this;
+    if (!object || object.held) return false;
+    object.move = object.move.map((x, i) => x + by[i]);
+    this.#sendPlace();
+    return true;
+  }
+
+  #sendPlace() {
+    const { instance } = this.object;
+    const place = this.object.place();
+    this.sent.push(JSON.stringify(place));
+    this.want({ do: "object", instance, place });
+    this.#showPlace();
+  }
+
+  #showPlace() {
+    const { object } = this;
+    this.objectRows.hidden = !object || Boolean(object.held);
+    if (this.objectRows.hidden) return;
+    const digits = Math.max(0, 3 - Math.floor(Math.log10(object.size || 1)));
+    for (const field of this.move.inputs) field.step = 10 ** (1 - digits);
+    this.move.show(object.move, digits);
+    this.turn.show(object.turn);
+    this.scale.show(object.scale);
+  }
+
+  // Takes the place from the server, unless it is one that was sent from here and is on its way back.
+  #takePlace() {
+    if (this.object && this.view) {
+      const place = this.view.objects[this.object.instance]?.map((row) => row.map(Math.fround)) ?? null;
+      const text = JSON.stringify(place);
+      const own = this.sent.indexOf(text);
+      if (own >= 0) this.sent.splice(0, own + 1);
+      else if (text !== this.seen) this.object.take(place);
+      this.seen = text;
+    }
+    this.#showPlace();
+  }
+
+  #choose(picked) {
+    this.object = picked && new Placed(picked);
+    [this.sent, this.seen] = [[], null];
+    this.#takePlace();
+  }
+
   showSteering(steering) {
     for (const input of this.steered) input.disabled = !steering;
   }
@@ -225,6 +323,7 @@ export class Panel {
     this.spp.show(view.render.spp);
     this.seed.show(view.render.seed);
     this.caustics.show(view.render.caustics);
+    this.#takePlace();
     this.#showMaterial();
     this.#showLight();
   }
@@ -253,11 +352,12 @@ export class Panel {
       ["Textures", n(counts.textures)], ["Lights", n(counts.lights)], ["Surroundings", environment ?? "the default"],
       ["Warnings", warnings.join("; ")],
     ]);
-    this.picked.show([["Object", "Click into the picture."]]);
+    this.showPicked(null);
   }
 
   showPicked(picked) {
-    if (!picked || picked.object === null) {
+    this.#choose(picked?.object == null ? null : picked);
+    if (!this.object) {
       this.picked.show([["Object", picked ? "Nothing is there." : "Click into the picture."]]);
       return;
     }
@@ -265,6 +365,7 @@ export class Panel {
       ["Object", picked.object || `instance ${picked.instance}`], ["Mesh", picked.mesh],
       ["Triangle", picked.primitive === null ? null : `${picked.primitive.toLocaleString("en")} of ${picked.triangles.toLocaleString("en")}`],
       ["Place", vector(picked.position)], ["Normal", vector(picked.normal)], ["Depth", Number(picked.depth.toPrecision(5))],
+      ["Stays", picked.held],
     ]);
     if (picked.material && this.materials.has(picked.material.name)) {
       this.material.show(picked.material.name);

@@ -3,7 +3,7 @@
 const CLICK = 4;
 const TURN = Math.PI;
 
-export function listen(canvas, camera, { moved, clicked }) {
+export function listen(canvas, camera, { moved, clicked, carried }) {
   const pointers = new Map();
   let travel = 0;
 
@@ -34,6 +34,8 @@ export function listen(canvas, camera, { moved, clicked }) {
       const after = spread();
       camera.dolly(before.apart / after.apart);
       camera.pan(-(after.x - before.x) / height(), (after.y - before.y) / height());
+    } else if (pointer.button === 0 && event.altKey && carried(dx / height(), -dy / height())) {
+      return;
     } else {
       drag(pointer.button, event.shiftKey, dx / height(), dy / height());
     }

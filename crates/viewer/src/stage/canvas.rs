@@ -102,6 +102,15 @@ impl Canvas {
         !rests || (is_owed && !self.is_whole())
     }
 
+    /// Limits the picture to the view's region, once all of it has a sample.
+    pub(crate) fn limit(&mut self, view: &View) {
+        let Some(picture) = &mut self.picture else { return };
+        picture.limit(None);
+        if self.scale == 1.0 && picture.spp() > 0 {
+            picture.limit(view.region.map(|region| region.pixels(view.size)));
+        }
+    }
+
     /// Goes on to the next size after a picture that was shown.
     pub(crate) fn grow(&mut self) {
         self.is_first = false;

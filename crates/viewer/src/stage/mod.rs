@@ -1,14 +1,16 @@
 //! The stage: a thread that opens scenes and renders what is looked at.
 
 mod canvas;
+mod objects;
 mod rounds;
 
 use crate::edits::Edits;
-use crate::hub::{Hub, Turn, Work, error_value, news};
+use crate::hub::{Changes, Hub, Turn, Work, error_value, news};
 use crate::meter::Meter;
 use crate::server::Viewer;
 use crate::view::{CameraView, Size, View};
 use crate::{files, inventory};
+pub(crate) use objects::Objects;
 use rounds::{Leave, Rounds};
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -118,21 +120,23 @@ impl Stage {
         });
         let mut about = Some(about);
         let mut good = Edits::default();
+        let mut objects = Objects::new(&session)?;
         loop {
             let request = self.largest_request(&session.open().scene)?;
-            let leave = session.live(&request, |live| Rounds::new(self, live).run(about.take()))??;
+            let leave =
+                session.live(&request, |live| Rounds::new(self, live, &objects).run(about.take()))??;
             match leave {
-                Leave::Change { revise, pose } => self.change(&mut session, &mut good, [revise, pose]),
+                Leave::Change(changes) => self.change(&mut session, &mut good, &mut objects, changes),
                 Leave::Open(_) | Leave::Close => return Ok(leave),
             }
         }
     }
 
-    /// Gives the scene the looks and the moment of the view. What cannot be done is told, and the scene stays as it was, with the looks
+    /// Gives the scene the looks, the moment and the places of the view. What cannot be done is told, and the scene stays as it was, with the looks
     /// that were good.
-    fn change(&self, session: &mut Session, good: &mut Edits, [revise, pose]: [bool; 2]) {
+    fn change(&self, session: &mut Session, good: &mut Edits, objects: &mut Objects, changes: Changes) {
         let view = self.hub.view();
-        if revise {
+        if changes.revise {
             match view.edits.overrides().and_then(|changes| session.revise(&changes)) {
                 Ok(()) => *good = view.edits,
                 Err(error) => {
@@ -141,7 +145,15 @@ impl Stage {
                 }
             }
         }
-        if pose && let Err(error) = session.pose(view.time) {
+        if changes.pose
+            && let Err(error) = session.pose(view.time)
+        {
+            self.tell_error(&error);
+        }
+        if changes.place
+            && let Err(error) = objects.arrange(session, &view.objects)
+        {
+            self.hub.change_view(|shared| shared.objects.clone_from(objects.placed()));
             self.tell_error(&error);
         }
     }

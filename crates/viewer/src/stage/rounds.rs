@@ -2,8 +2,9 @@
 
 use super::Stage;
 use super::canvas::Canvas;
+use super::objects::Objects;
 use crate::develop::Shown;
-use crate::hub::{FileKind, Pick, Snapshot, Turn, news};
+use crate::hub::{Changes, FileKind, Pick, Snapshot, Turn, news};
 use crate::inventory;
 use crate::picture::{Caption, Coding, frame};
 use crate::view::{CameraView, View};
@@ -22,8 +23,8 @@ const FIGURES_EVERY: Duration = Duration::from_millis(250);
 /// Why the rounds end.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Leave {
-    /// Other looks, another moment.
-    Change { revise: bool, pose: bool },
+    /// Another scene of the same things.
+    Change(Changes),
     /// Another scene.
     Open(String),
     /// The end.
@@ -34,6 +35,7 @@ pub(crate) enum Leave {
 pub(crate) struct Rounds<'r, 'l> {
     stage: &'r mut Stage,
     live: &'r mut Live<'l>,
+    objects: &'r Objects,
     canvas: Canvas,
     view: View,
     input: u32,
@@ -45,11 +47,11 @@ pub(crate) struct Rounds<'r, 'l> {
 }
 
 impl<'r, 'l> Rounds<'r, 'l> {
-    pub(crate) fn new(stage: &'r mut Stage, live: &'r mut Live<'l>) -> Self {
+    pub(crate) fn new(stage: &'r mut Stage, live: &'r mut Live<'l>, objects: &'r Objects) -> Self {
         let view = stage.hub.view();
         let canvas = Canvas::new(&view, &stage.meter);
         let (pass, encode) = (Duration::ZERO, Duration::ZERO);
-        Self { stage, live, canvas, view, input: 0, owed: Vec::new(), told: None, pass, encode }
+        Self { stage, live, objects, canvas, view, input: 0, owed: Vec::new(), told: None, pass, encode }
     }
 
     /// Works until something outside of the picture changes. Tells of a scene that is new.
@@ -63,6 +65,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
             if let Some(leave) = self.take(turn)? {
                 return Ok(leave);
             }
+            self.canvas.limit(&self.view);
             self.piece()?;
             self.settle();
             self.tell_figures();
@@ -80,10 +83,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
         let leave = match orders.open {
             _ if closing => Some(Leave::Close),
             Some(source) => Some(Leave::Open(source)),
-            None if orders.revise || orders.pose => {
-                Some(Leave::Change { revise: orders.revise, pose: orders.pose })
-            }
-            None => None,
+            None => orders.changes.any().then_some(Leave::Change(orders.changes)),
         };
         if leave.is_some() {
             // Whoever waits for a file waits on.
@@ -122,6 +122,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
         self.pass = start.elapsed();
         stage.meter.note(cost.samples - before.samples, rays, self.pass);
         stage.hub.rendered.fetch_add(cost.samples - before.samples, Ordering::Relaxed);
+        canvas.limit(view);
         if is_done {
             if canvas.is_to_show(view) {
                 self.show(true)?;
@@ -171,7 +172,7 @@ impl<'r, 'l> Rounds<'r, 'l> {
         let [x, y] = *point;
         let picked = self.live.pick(&settings, [pixel(x, settings.width), pixel(y, settings.height)])?;
         // A full queue is a browser that asks without listening.
-        let _ = answers.try_send(news(&inventory::of_pick(picked.as_ref(), self.live.scene())));
+        let _ = answers.try_send(news(&inventory::of_pick(picked.as_ref(), self.live.scene(), self.objects)));
         Ok(())
     }
 
