@@ -363,6 +363,11 @@ fn at(sorted: &[f64], part: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * part).round() as usize]
 }
 
+/// A number of the environment: `VASTLIGHT_VIEW_MEMORY` is a budget in bytes, `VASTLIGHT_VIEW_SPP` are samples a pixel.
+fn number<T: std::str::FromStr>(name: &str) -> Option<T> {
+    std::env::var(name).ok().and_then(|text| text.parse().ok())
+}
+
 /// A page without a scene that opens one itself; that of `VASTLIGHT_VIEW_SCENE` within `VASTLIGHT_VIEW_MEMORY` bytes, if they are there.
 fn opening(size: [u32; 2]) -> Option<(Server, Browser, String)> {
     let mut browser = browser::start()?;
@@ -371,7 +376,7 @@ fn opening(size: [u32; 2]) -> Option<(Server, Browser, String)> {
     let folder = (!source.starts_with("demo:")).then(|| path.parent().expect("a folder").to_owned());
     let name =
         folder.as_ref().map_or(&source[..], |_| path.file_name().expect("a file").to_str().expect("UTF-8"));
-    let memory = std::env::var("VASTLIGHT_VIEW_MEMORY").ok().and_then(|bytes| bytes.parse().ok());
+    let memory = number("VASTLIGHT_VIEW_MEMORY");
     let server = Server::start(Viewer { folder, memory, spp: 64, ..Viewer::default() }).expect("started");
     browser.open(server.url(), size[0], size[1]);
     browser.wait_for("vastlight.state.phase === 'idle' && vastlight.state.steering");
@@ -439,7 +444,9 @@ fn screenshots() {
         ("viewer-phone", [390, 844], "dark"),
     ] {
         let Some(mut browser) = browser::start() else { return };
-        let server = server(Some(&scene), 32);
+        let (memory, spp) = (number("VASTLIGHT_VIEW_MEMORY"), number("VASTLIGHT_VIEW_SPP").unwrap_or(32));
+        let viewer = Viewer { source: Some(scene.clone()), memory, spp, ..Viewer::default() };
+        let server = Server::start(viewer).expect("started");
         browser.prefer(scheme);
         browser.open(server.url(), size[0], size[1]);
         browser.wait_for(READY);
