@@ -358,6 +358,78 @@ fn all_controls_have_names_and_contrast() {
     assert!(found["problems"].as_array().is_some_and(|p| p.len() >= 2), "the check finds: {found}");
 }
 
+/// Where `cargo xtask test` puts axe-core.
+const AXE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/axe/node_modules/axe-core/axe.min.js");
+
+/// axe-core, or a word that there is none.
+#[expect(clippy::print_stdout, reason = "what was skipped is counted from the output")]
+fn axe() -> Option<String> {
+    let script = std::fs::read_to_string(AXE).ok();
+    if script.is_none() {
+        println!(
+            "skipped: accessibility by axe-core: it is not there (cargo xtask test fetches it with npm)"
+        );
+    }
+    script
+}
+
+/// What axe-core finds wrong with the page as it is: rules, and elements that break them.
+fn violations(browser: &mut Browser) -> Value {
+    browser.eval(
+        "axe.run(document, { resultTypes: ['violations'] }).then(({ violations, passes }) => [...violations.map(({ id, nodes }) => \
+         `${id}: ${nodes.map(({ html, failureSummary }) => html.slice(0, 160) + failureSummary).join('; ')}`), ...(passes.length > 9 ? [] : ['nothing was checked'])])",
+    )
+}
+
+/// Both themes, on desktops and phones, with all that opens.
+#[test]
+fn axe_finds_nothing_that_people_cannot_use() {
+    let Some(axe) = axe() else { return };
+    let Some((_server, mut browser)) = page("demo:cornell", 1, [1360, 850]) else { return };
+    browser.eval(&format!("{axe}; 0"));
+    let [x, y] = middle(&mut browser);
+    browser.click(x, y);
+    browser.wait_for("vastlight.state.picked !== null");
+    // Bookmarks, a region, the timeline.
+    browser.eval("document.getElementById('viewport').focus()");
+    for (key, code, modifiers) in [("!", "Digit1", 8), ("b", "KeyB", 0), ("Enter", "Enter", 0)] {
+        browser.key(key, code, modifiers);
+    }
+    browser.eval("document.getElementById('timeline').hidden = false");
+    let dialogs = [
+        ("scenes", "open-scenes", "click"),
+        ("help", "help-open", "click"),
+        ("text-dialog", "text-dialog", "showModal"),
+    ];
+    let notices = ["loading", "failed", "welcome", "offline", "take-over", "steer-state"];
+    for (width, height) in [(1360, 850), (390, 844)] {
+        browser.resize(width, height, width < 500);
+        for theme in ["dark", "light"] {
+            browser.eval(&format!("document.documentElement.dataset.theme = '{theme}'"));
+            browser.eval("document.body.classList.remove('no-panel')");
+            let clean = |browser: &mut Browser, what: &str| {
+                assert_eq!(violations(browser), json!([]), "{width} x {height}, {theme}, {what}");
+            };
+            clean(&mut browser, "panel");
+            for (dialog, opener, act) in dialogs {
+                browser.eval(&format!("document.getElementById('{opener}').{act}()"));
+                browser.wait_for(&format!("document.getElementById('{dialog}').open"));
+                clean(&mut browser, dialog);
+                browser.eval(&format!("document.getElementById('{dialog}').close()"));
+            }
+            for notice in notices {
+                browser.eval(&format!("document.getElementById('{notice}').hidden = false"));
+                clean(&mut browser, notice);
+                browser.eval(&format!("document.getElementById('{notice}').hidden = true"));
+            }
+        }
+    }
+    browser.eval("document.querySelector('main').append(document.createElement('button'))");
+    browser.eval("document.getElementById('activity').style.color = '#777'");
+    let found = violations(&mut browser).to_string();
+    assert!(found.contains("button-name") && found.contains("color-contrast"), "the check finds: {found}");
+}
+
 /// Percentile of times.
 fn at(sorted: &[f64], part: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * part).round() as usize]
