@@ -3,7 +3,8 @@
 mod common;
 
 use common::browser::{self, Browser};
-use common::{Page, fetch, server};
+use common::slow::Slow;
+use common::{Page, fetch, parts, server};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -497,6 +498,52 @@ fn pictures_follow_a_drag() {
         bytes / drag / 1e3,
     );
     assert!(at(&times, 0.5) < 2000.0, "pictures do not follow");
+}
+
+/// A megabit a second and 200 ms: the newest picture comes, not a queue of old ones. A tab that is closed then leaves no work.
+#[test]
+fn a_slow_network_shows_the_newest_and_a_closed_tab_ends_the_work() {
+    let Some(mut browser) = browser::start() else { return };
+    let server = server(Some("demo:still-life"), 60_000);
+    let (host, token) = parts(server.url());
+    let slow = Slow { delay: Duration::from_millis(100), bytes_per_s: 125_000.0 };
+    let near = slow.before(host.parse().expect("an address"));
+    browser.open(&format!("http://{near}/?token={token}"), 1400, 1000);
+    browser.wait_for(READY);
+    // What is computed fast is large: the network is what is slow.
+    browser.eval("document.querySelector('input[value=albedo]').click()");
+    std::thread::sleep(Duration::from_secs(3));
+    let [x, y] = middle(&mut browser);
+    browser.eval("Object.assign(vastlight.measured, { latencies: [], pictures: 0, bytes: 0 })");
+    let start = Instant::now();
+    browser.mouse("mousePressed", x, y, 1);
+    for i in 0..150 {
+        let angle = f64::from(i) * 0.05;
+        browser.mouse("mouseMoved", x + 150.0 * angle.sin(), y + 60.0 * (angle * 0.7).sin(), 1);
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    browser.mouse("mouseReleased", x, y, 1);
+    let drag = start.elapsed().as_secs_f64();
+    let measured = browser.eval("vastlight.measured");
+    browser.wait_for("vastlight.measured.last.input === vastlight.state.input");
+    let behind = start.elapsed().as_secs_f64() - drag;
+    let mut times: Vec<f64> =
+        measured["latencies"].as_array().expect("times").iter().filter_map(Value::as_f64).collect();
+    times.sort_by(f64::total_cmp);
+    let middling = at(&times, 0.5);
+    assert!(middling < 1000.0 && behind < 1.5, "{middling:.0} ms, {behind:.1} s after the drag: {measured}");
+
+    // Samples are counted when a pass is done: that of a small picture is soon.
+    browser.resize(420, 240, false);
+    browser.wait_for("vastlight.measured.last.full[1] < 240");
+    let rests = || {
+        let before = server.rendered_samples();
+        std::thread::sleep(Duration::from_millis(800));
+        server.rendered_samples() == before
+    };
+    assert!(!rests(), "it refines while somebody looks");
+    browser.call("Page.close", json!({}));
+    assert!((0..50).any(|_| rests()), "it goes on when nobody looks");
 }
 
 /// The pictures of docs/gallery, into the folder that `VASTLIGHT_SCREENSHOTS` names.
