@@ -107,7 +107,7 @@ impl LivePicture {
             x0 < max[0] && min[0] < x1 && y0 < max[1] && min[1] < y1
         };
         let is_wanted = |tile: &FilmTile| region.is_none_or(|region| meets(tile, region));
-        self.wanted = self.film.tiles_mut().iter().map(|tile| is_wanted(tile)).collect();
+        self.wanted = self.film.tiles_mut().iter().map(is_wanted).collect();
         if !self.wanted.contains(&true) {
             self.wanted.fill(true);
         }

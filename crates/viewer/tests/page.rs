@@ -568,10 +568,6 @@ fn screenshots() {
         if name == "viewer-phone" {
             browser.eval("document.getElementById('panel-toggle').click()");
         }
-        let [x, y] = middle(&mut browser);
-        browser.click(x, y);
-        browser.wait_for("vastlight.state.picked !== null");
-        browser.eval("[...document.querySelectorAll('summary')].find((s) => s.textContent === 'Selection').scrollIntoView()");
         browser.wait_for(DONE);
         std::thread::sleep(Duration::from_secs(1));
         let file = std::path::Path::new(&folder).join(format!("{name}.png"));
