@@ -1,5 +1,6 @@
 //! One command for every chore: see [`USAGE`].
 
+mod axe;
 mod book;
 mod browser;
 mod driver;

@@ -1,7 +1,7 @@
 //! Lints and tests. A test that needs something absent prints `skipped: ...`; those are counted and named at the end.
 
 use crate::process::{cargo, lines, step, together};
-use crate::{book, browser, driver, fuzz, python};
+use crate::{axe, book, browser, driver, fuzz, python};
 use std::process::Stdio;
 
 /// Code that is built on demand only is proved as well.
@@ -59,6 +59,7 @@ pub(crate) fn run() -> Result<(), String> {
     lints()?;
     driver::find_or_install();
     browser::report();
+    axe::find_or_fetch();
     tests("tests", &[], |tally| together([dependencies(tally), book::test(tally), python::test(tally)]))
 }
 
@@ -73,6 +74,7 @@ pub(crate) fn python() -> Result<(), String> {
 pub(crate) fn soak() -> Result<(), String> {
     driver::find_or_install();
     browser::report();
+    axe::find_or_fetch();
     tests("long proofs", &[("VASTLIGHT_SOAK", "1")], fuzz::briefly)
 }
 

@@ -3,7 +3,8 @@
 mod common;
 
 use common::browser::{self, Browser};
-use common::{Page, fetch, server};
+use common::slow::Slow;
+use common::{Page, fetch, parts, server};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -358,6 +359,78 @@ fn all_controls_have_names_and_contrast() {
     assert!(found["problems"].as_array().is_some_and(|p| p.len() >= 2), "the check finds: {found}");
 }
 
+/// Where `cargo xtask test` puts axe-core.
+const AXE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../target/axe/node_modules/axe-core/axe.min.js");
+
+/// axe-core, or a word that there is none.
+#[expect(clippy::print_stdout, reason = "what was skipped is counted from the output")]
+fn axe() -> Option<String> {
+    let script = std::fs::read_to_string(AXE).ok();
+    if script.is_none() {
+        println!(
+            "skipped: accessibility by axe-core: it is not there (cargo xtask test fetches it with npm)"
+        );
+    }
+    script
+}
+
+/// What axe-core finds wrong with the page as it is: rules, and elements that break them.
+fn violations(browser: &mut Browser) -> Value {
+    browser.eval(
+        "axe.run(document, { resultTypes: ['violations'] }).then(({ violations, passes }) => [...violations.map(({ id, nodes }) => \
+         `${id}: ${nodes.map(({ html, failureSummary }) => html.slice(0, 160) + failureSummary).join('; ')}`), ...(passes.length > 9 ? [] : ['nothing was checked'])])",
+    )
+}
+
+/// Both themes, on desktops and phones, with all that opens.
+#[test]
+fn axe_finds_nothing_that_people_cannot_use() {
+    let Some(axe) = axe() else { return };
+    let Some((_server, mut browser)) = page("demo:cornell", 1, [1360, 850]) else { return };
+    browser.eval(&format!("{axe}; 0"));
+    let [x, y] = middle(&mut browser);
+    browser.click(x, y);
+    browser.wait_for("vastlight.state.picked !== null");
+    // Bookmarks, a region, the timeline.
+    browser.eval("document.getElementById('viewport').focus()");
+    for (key, code, modifiers) in [("!", "Digit1", 8), ("b", "KeyB", 0), ("Enter", "Enter", 0)] {
+        browser.key(key, code, modifiers);
+    }
+    browser.eval("document.getElementById('timeline').hidden = false");
+    let dialogs = [
+        ("scenes", "open-scenes", "click"),
+        ("help", "help-open", "click"),
+        ("text-dialog", "text-dialog", "showModal"),
+    ];
+    let notices = ["loading", "failed", "welcome", "offline", "take-over", "steer-state"];
+    for (width, height) in [(1360, 850), (390, 844)] {
+        browser.resize(width, height, width < 500);
+        for theme in ["dark", "light"] {
+            browser.eval(&format!("document.documentElement.dataset.theme = '{theme}'"));
+            browser.eval("document.body.classList.remove('no-panel')");
+            let clean = |browser: &mut Browser, what: &str| {
+                assert_eq!(violations(browser), json!([]), "{width} x {height}, {theme}, {what}");
+            };
+            clean(&mut browser, "panel");
+            for (dialog, opener, act) in dialogs {
+                browser.eval(&format!("document.getElementById('{opener}').{act}()"));
+                browser.wait_for(&format!("document.getElementById('{dialog}').open"));
+                clean(&mut browser, dialog);
+                browser.eval(&format!("document.getElementById('{dialog}').close()"));
+            }
+            for notice in notices {
+                browser.eval(&format!("document.getElementById('{notice}').hidden = false"));
+                clean(&mut browser, notice);
+                browser.eval(&format!("document.getElementById('{notice}').hidden = true"));
+            }
+        }
+    }
+    browser.eval("document.querySelector('main').append(document.createElement('button'))");
+    browser.eval("document.getElementById('activity').style.color = '#777'");
+    let found = violations(&mut browser).to_string();
+    assert!(found.contains("button-name") && found.contains("color-contrast"), "the check finds: {found}");
+}
+
 /// Percentile of times.
 fn at(sorted: &[f64], part: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * part).round() as usize]
@@ -432,6 +505,52 @@ fn pictures_follow_a_drag() {
     assert!(at(&times, 0.5) < 2000.0, "pictures do not follow");
 }
 
+/// A megabit a second and 200 ms: the newest picture comes, not a queue of old ones. A tab that is closed then leaves no work.
+#[test]
+fn a_slow_network_shows_the_newest_and_a_closed_tab_ends_the_work() {
+    let Some(mut browser) = browser::start() else { return };
+    let server = server(Some("demo:still-life"), 60_000);
+    let (host, token) = parts(server.url());
+    let slow = Slow { delay: Duration::from_millis(100), bytes_per_s: 125_000.0 };
+    let near = slow.before(host.parse().expect("an address"));
+    browser.open(&format!("http://{near}/?token={token}"), 1400, 1000);
+    browser.wait_for(READY);
+    // What is computed fast is large: the network is what is slow.
+    browser.eval("document.querySelector('input[value=albedo]').click()");
+    std::thread::sleep(Duration::from_secs(3));
+    let [x, y] = middle(&mut browser);
+    browser.eval("Object.assign(vastlight.measured, { latencies: [], pictures: 0, bytes: 0 })");
+    let start = Instant::now();
+    browser.mouse("mousePressed", x, y, 1);
+    for i in 0..150 {
+        let angle = f64::from(i) * 0.05;
+        browser.mouse("mouseMoved", x + 150.0 * angle.sin(), y + 60.0 * (angle * 0.7).sin(), 1);
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    browser.mouse("mouseReleased", x, y, 1);
+    let drag = start.elapsed().as_secs_f64();
+    let measured = browser.eval("vastlight.measured");
+    browser.wait_for("vastlight.measured.last.input === vastlight.state.input");
+    let behind = start.elapsed().as_secs_f64() - drag;
+    let mut times: Vec<f64> =
+        measured["latencies"].as_array().expect("times").iter().filter_map(Value::as_f64).collect();
+    times.sort_by(f64::total_cmp);
+    let middling = at(&times, 0.5);
+    assert!(middling < 1000.0 && behind < 1.5, "{middling:.0} ms, {behind:.1} s after the drag: {measured}");
+
+    // Samples are counted when a pass is done: that of a small picture is soon.
+    browser.resize(420, 240, false);
+    browser.wait_for("vastlight.measured.last.full[1] < 240");
+    let rests = || {
+        let before = server.rendered_samples();
+        std::thread::sleep(Duration::from_millis(800));
+        server.rendered_samples() == before
+    };
+    assert!(!rests(), "it refines while somebody looks");
+    browser.call("Page.close", json!({}));
+    assert!((0..50).any(|_| rests()), "it goes on when nobody looks");
+}
+
 /// The pictures of docs/gallery, into the folder that `VASTLIGHT_SCREENSHOTS` names.
 #[test]
 #[ignore = "makes pictures, proves nothing"]
@@ -456,10 +575,6 @@ fn screenshots() {
         if name == "viewer-phone" {
             browser.eval("document.getElementById('panel-toggle').click()");
         }
-        let [x, y] = middle(&mut browser);
-        browser.click(x, y);
-        browser.wait_for("vastlight.state.picked !== null");
-        browser.eval("[...document.querySelectorAll('summary')].find((s) => s.textContent === 'Selection').scrollIntoView()");
         browser.wait_for(DONE);
         std::thread::sleep(Duration::from_secs(1));
         let file = std::path::Path::new(&folder).join(format!("{name}.png"));

@@ -189,7 +189,9 @@ export class Panel {
       this.object?.take(null);
       this.#sendPlace();
     });
-    this.objectRows = make("div", { className: "group" }, this.move.root, this.turn.root, this.scale.root, this.even.root,
+    const axes = make("div", { className: "row three axes" }, ...["", "x", "y", "z"].map((textContent) => make("span", { textContent })));
+    axes.setAttribute("aria-hidden", "true");
+    this.objectRows = make("div", { className: "group" }, axes, this.move.root, this.turn.root, this.scale.root, this.even.root,
       make("div", { className: "buttons" }, this.putBack));
     this.objectRows.hidden = true;
     this.revert = button("Undo all changes", () => want({ do: "revert" }));

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "not every test needs all of it")]
 
 pub(crate) mod browser;
+pub(crate) mod slow;
 
 use serde_json::Value;
 use std::io::{Read, Write};
