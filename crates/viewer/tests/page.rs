@@ -224,7 +224,7 @@ fn a_region_is_drawn_refined_and_taken_away() {
     let is_there =
         wanted.iter().enumerate().all(|(i, edge)| (shown[i].as_f64().unwrap_or(-1.0) - edge).abs() < 1.5);
     assert!(is_there, "{shown} is not {wanted:?}");
-    browser.wait_for("document.getElementById('activity').textContent.includes('in the region, done')");
+    browser.wait_for("document.getElementById('activity').textContent.includes('region, done')");
     browser.resize(600, 420, false);
     browser.wait_for(&format!("JSON.stringify({mark}) !== '{shown}'"));
     browser.key("b", "KeyB", 0);
