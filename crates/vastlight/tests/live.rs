@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use vastlight::film::{Aov, Picture};
 use vastlight::math::Vec3;
 use vastlight::transport::photon::PhotonSettings;
-use vastlight::transport::{Integrator, RenderSettings};
+use vastlight::transport::{Integrator, RenderSettings, Tile};
 use vastlight::{
     CameraChoice, Control, LivePicture, LoadOptions, Overrides, PackControl, RenderRequest, Session, open,
     pack_input, pack_within, render,
@@ -69,6 +69,37 @@ fn photons_belong_to_their_sample() {
     request.settings.caustics = Some(PhotonSettings { photons: Some(20_000), ..PhotonSettings::default() });
     let expected = rendered("demo:caustic-sphere", &LoadOptions::default(), &request);
     assert_eq!(in_pieces(&mut session, &request).develop(), expected);
+}
+
+/// Parts that go ahead of the rest leave no trace, with photons neither.
+#[test]
+fn a_picture_that_was_limited_is_the_picture_in_one() {
+    let mut session = session("demo:caustic-sphere");
+    let mut request = request(&session, 4);
+    for photons in [None, Some(20_000)] {
+        request.settings.caustics =
+            photons.map(|photons| PhotonSettings { photons: Some(photons), ..PhotonSettings::default() });
+        let expected = rendered("demo:caustic-sphere", &LoadOptions::default(), &request);
+        let picture = session.live(&request, |live| {
+            let mut picture = live.begin(request.clone()).expect("begun");
+            let mut to = |picture: &mut LivePicture, spp: u32, region: Option<[[u32; 2]; 2]>| {
+                picture.limit(region.map(|[min, max]| Tile { min, max }));
+                assert!(live.advance(picture, spp, &|| false).expect("advanced"));
+                assert!(picture.is_even() && picture.spp() >= spp);
+            };
+            to(&mut picture, 1, None);
+            let samples = picture.cost().samples;
+            to(&mut picture, 3, Some([[20, 20], [30, 30]]));
+            assert!(picture.cost().samples - samples < samples, "of few tiles");
+            to(&mut picture, 4, Some([[0, 0], [60, 10]]));
+            picture.limit(None);
+            assert!(!picture.is_even() && picture.spp() == 1);
+            // Outside of the picture is nothing that could be limited to.
+            to(&mut picture, 4, Some([[90, 90], [95, 95]]));
+            picture.develop()
+        });
+        assert_eq!(picture.expect("live"), expected);
+    }
 }
 
 #[test]

@@ -190,7 +190,14 @@ fn a_picked_object_is_moved_turned_scaled_and_put_back() {
     let before = browser.eval(&rows);
     browser.key("ArrowRight", "ArrowRight", 1);
     browser.wait_for(&format!("JSON.stringify({rows}) !== '{before}'"));
-    let eye = browser.eval("JSON.stringify(vastlight.camera.plain().eye)");
+    let (before, eye) = (browser.eval(&rows), browser.eval("JSON.stringify(vastlight.camera.plain().eye)"));
+    for (kind, to) in
+        [("mousePressed", 0.0), ("mouseMoved", 10.0), ("mouseMoved", 30.0), ("mouseReleased", 30.0)]
+    {
+        let held = json!({"type": kind, "x": x + to, "y": y, "button": "left", "buttons": 1, "modifiers": 1});
+        browser.call("Input.dispatchMouseEvent", held);
+    }
+    browser.wait_for(&format!("JSON.stringify({rows}) !== '{before}'"));
     browser.eval("document.getElementById('viewport').focus()");
     browser.key("c", "KeyC", 0);
     browser.wait_for("document.getElementById('toasts').textContent.includes('Python alone')");
@@ -224,7 +231,7 @@ fn a_region_is_drawn_refined_and_taken_away() {
     let is_there =
         wanted.iter().enumerate().all(|(i, edge)| (shown[i].as_f64().unwrap_or(-1.0) - edge).abs() < 1.5);
     assert!(is_there, "{shown} is not {wanted:?}");
-    browser.wait_for("document.getElementById('activity').textContent.includes('in the region, done')");
+    browser.wait_for("document.getElementById('activity').textContent.includes('region, done')");
     browser.resize(600, 420, false);
     browser.wait_for(&format!("JSON.stringify({mark}) !== '{shown}'"));
     browser.key("b", "KeyB", 0);

@@ -492,7 +492,7 @@ on("status", (status) => {
   const part = Math.min(1, status.spp / status.target);
   $("progress").firstElementChild.style.width = `${part * 100}%`;
   $("progress").setAttribute("aria-valuenow", String(Math.round(part * 100)));
-  const count = `${status.spp} / ${status.target} spp${state.view?.region ? " in the region" : ""}`;
+  const count = `${status.spp} / ${status.target} spp${state.view?.region ? ", region" : ""}`;
   const texts = { done: `${count}, done`, paused: `${count}, paused`, moving: "moving", refining: count };
   showActivity(status.activity, texts[status.activity]);
   panel.showStatus(status);

@@ -301,8 +301,11 @@ export class Panel {
   }
 
   #choose(picked) {
-    this.object = picked && new Placed(picked);
-    [this.sent, this.seen] = [[], null];
+    // What was sent of the same object may be on its way back still.
+    if (!picked || picked.instance !== this.object?.instance) {
+      this.object = picked && new Placed(picked);
+      [this.sent, this.seen] = [[], null];
+    }
     this.#takePlace();
   }
 
