@@ -210,6 +210,38 @@ fn a_picked_object_is_moved_turned_scaled_and_put_back() {
     assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }
 
+/// A page behind a slow network, that shows a scene.
+fn slow_page(source: &str, spp: u32, size: [u32; 2]) -> Option<(Server, Browser)> {
+    let mut browser = browser::start()?;
+    let server = server(Some(source), spp);
+    let (host, token) = parts(server.url());
+    let slow = Slow { delay: Duration::from_millis(100), bytes_per_s: 125_000.0 };
+    let near = slow.before(host.parse().expect("an address"));
+    browser.open(&format!("http://{near}/?token={token}"), size[0], size[1]);
+    browser.wait_for(READY);
+    Some((server, browser))
+}
+
+/// Picks again, moves before that is answered, and turns before the move is back: both are kept.
+#[test]
+fn what_is_on_its_way_outlives_another_pick() {
+    let Some((_server, mut browser)) = slow_page("demo:cornell", 1, [500, 400]) else { return };
+    browser.wait_for(DONE);
+    browser.eval(
+        "(async () => { const nap = (ms) => new Promise((done) => setTimeout(done, ms)); \
+         const pick = () => document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', code: 'Enter', bubbles: true })); \
+         const type = (label, value) => { const f = document.querySelector(`[aria-label='${label}']`); f.value = value; f.dispatchEvent(new Event('input')); }; \
+         pick(); while (!vastlight.state.picked) await nap(5); \
+         const first = vastlight.state.picked; pick(); await nap(80); type('Move x', 0.25); \
+         while (vastlight.state.picked === first) await nap(1); type('Turn ° y', 35); })()",
+    );
+    std::thread::sleep(Duration::from_secs(1));
+    assert_eq!(["Move x", "Turn ° y"].map(|label| field(&mut browser, label)), [0.25, 35.0]);
+    let place = browser.eval("Object.values(vastlight.state.view.objects)[0]");
+    let cosine = place[0][0].as_f64().expect("a matrix");
+    assert!((cosine - 35.0_f64.to_radians().cos()).abs() < 1e-5, "{place}");
+}
+
 #[test]
 fn a_region_is_drawn_refined_and_taken_away() {
     let Some((_server, mut browser)) = page("demo:cornell", 2, [700, 500]) else { return };
@@ -515,13 +547,7 @@ fn pictures_follow_a_drag() {
 /// A megabit a second and 200 ms: the newest picture comes, not a queue of old ones. A tab that is closed then leaves no work.
 #[test]
 fn a_slow_network_shows_the_newest_and_a_closed_tab_ends_the_work() {
-    let Some(mut browser) = browser::start() else { return };
-    let server = server(Some("demo:still-life"), 60_000);
-    let (host, token) = parts(server.url());
-    let slow = Slow { delay: Duration::from_millis(100), bytes_per_s: 125_000.0 };
-    let near = slow.before(host.parse().expect("an address"));
-    browser.open(&format!("http://{near}/?token={token}"), 1400, 1000);
-    browser.wait_for(READY);
+    let Some((server, mut browser)) = slow_page("demo:still-life", 60_000, [1400, 1000]) else { return };
     // What is computed fast is large: the network is what is slow.
     browser.eval("document.querySelector('input[value=albedo]').click()");
     std::thread::sleep(Duration::from_secs(3));
