@@ -1,7 +1,7 @@
 //! Changes of a session's scene that are no looks: places, vertices, things that come and go.
 
 use crate::{Error, Session};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::f32::consts::PI;
 use vastlight_math::{Affine3, Vec3};
 use vastlight_scene::{
@@ -44,6 +44,11 @@ pub enum Table {
     Cameras,
 }
 
+impl Table {
+    /// All tables.
+    pub(crate) const ALL: [Self; 3] = [Self::Materials, Self::Lights, Self::Cameras];
+}
+
 impl Addition {
     /// Refuses what a scene does not take: a mesh with an index or an attribute that is wrong, a place that is singular or not
     /// finite, numbers that mean nothing.
@@ -74,6 +79,15 @@ impl Addition {
             (Self::Light(light), Table::Lights) => Some(&light.name),
             (Self::Camera(camera), Table::Cameras) => Some(&camera.name),
             _ => None,
+        }
+    }
+}
+
+/// Notes the names that an addition brings.
+fn wait(waiting: &mut [HashSet<String>; Table::ALL.len()], addition: &Addition) {
+    for table in Table::ALL {
+        if let Some(name) = addition.name_in(table) {
+            waiting[table as usize].insert(name.to_owned());
         }
     }
 }
@@ -299,6 +313,8 @@ impl Session {
         let outcome = additions.into_iter().try_for_each(|addition| self.put_one(addition));
         if outcome.is_err() {
             self.pending.truncate(before);
+            self.waiting = Default::default();
+            self.pending.iter().for_each(|addition| wait(&mut self.waiting, addition));
         }
         outcome
     }
@@ -311,6 +327,7 @@ impl Session {
             }
             _ => {}
         }
+        wait(&mut self.waiting, &addition);
         self.pending.push(addition);
         Ok(())
     }
@@ -323,6 +340,7 @@ impl Session {
         if self.pending.is_empty() {
             return Ok(());
         }
+        self.waiting = Default::default();
         let mut additions = std::mem::take(&mut self.pending).into_iter();
         self.rebuild(|desc| {
             let mut incoming = Incoming::new(desc);
@@ -346,8 +364,13 @@ impl Session {
     /// Whether a name is in a table, or waits for it.
     #[must_use]
     pub fn has(&self, table: Table, name: &str) -> bool {
-        // What came last is asked for first.
-        self.names_in(table).into_iter().rev().any(|known| known == name)
+        let desc = self.open().scene.desc();
+        let is_there = match table {
+            Table::Materials => desc.materials.iter().any(|m| m.name == name),
+            Table::Lights => desc.lights.iter().any(|l| l.name == name),
+            Table::Cameras => desc.cameras.iter().any(|c| c.name == name),
+        };
+        is_there || self.waiting[table as usize].contains(name)
     }
 
     /// Takes instances out of the scene, and meshes of which none is left; others get other numbers.

@@ -1,7 +1,7 @@
 //! An open scene with what pictures of it share: structures for rays, and a graphics processor. Frames of a scene that moves
 //! update them.
 
-use crate::edit::{Addition, changed};
+use crate::edit::{Addition, Table, changed};
 use crate::fingerprint::fingerprint;
 use crate::live::{Live, LiveParts};
 use crate::open::check_looks;
@@ -14,6 +14,7 @@ use crate::{
     RenderRequest, Rendered, open,
 };
 use rayon::ThreadPool;
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Instant;
 use vastlight_gpu::Executor;
@@ -82,6 +83,8 @@ pub struct Session {
     files: Files,
     /// What waits to be put into the scene.
     pub(crate) pending: Vec<Addition>,
+    /// Names that these bring, by table.
+    pub(crate) waiting: [HashSet<String>; Table::ALL.len()],
     /// Changes since the scene was opened, and what they change.
     revision: Option<(Overrides, Looks)>,
     /// Whether places, vertices or tables are others than those that were opened.
@@ -104,6 +107,7 @@ impl Session {
             reopened,
             files: Files::new(options.import.limits),
             pending: Vec::new(),
+            waiting: Default::default(),
             revision: None,
             edited: false,
             rays: RayBuffers::default(),
@@ -220,8 +224,8 @@ impl Session {
             change(desc)
         };
         self.open.scene = changed(scene, whole)?;
-        // Files were read before, and all names are there still.
-        revision.map_or(Ok(()), |(changes, _)| self.revise(&changes))
+        // All names are there still.
+        revision.map_or(Ok(()), |(changes, _)| self.revise_with(&changes, true))
     }
 
     /// Refuses a scene whose tables cannot change.
@@ -279,24 +283,28 @@ impl Session {
     /// # Errors
     /// They name what is not there, or need what a store does not have; then nothing is changed.
     pub fn revise(&mut self, changes: &Overrides) -> Result<(), Error> {
+        self.revise_with(changes, false)
+    }
+
+    /// [`Session::revise`]; with `as_read` files that were read count as they were then.
+    fn revise_with(&mut self, changes: &Overrides, as_read: bool) -> Result<(), Error> {
         let Self { open: OpenScene { scene, stored }, files, revision, .. } = self;
         let fresh = || (Overrides::default(), Looks::of(scene.desc()));
         let (known, looks) = revision.take().unwrap_or_else(fresh);
-        let mut look = |changes: &Overrides| {
+        let mut look = |changes: &Overrides, as_read: bool| {
+            files.as_read = as_read;
             scene.revise(|desc| {
                 looks.restore(desc, files);
                 changes.apply(desc, files)
             })?;
             stored.as_ref().map_or(Ok(()), |pages| check_looks(scene, pages))
         };
-        let outcome = look(changes);
+        let outcome = look(changes, as_read);
         let kept = if outcome.is_ok() { changes.clone() } else { known };
-        if outcome.is_err() {
-            look(&kept)?;
-        }
+        let back = if outcome.is_err() { look(&kept, true) } else { Ok(()) };
         files.drop_spare();
         *revision = Some((kept, looks));
-        outcome
+        back.and(outcome)
     }
 
     /// Makes the scene ready for live pictures, and hands it to `body`. The request's structures and memory count, and its size and

@@ -218,6 +218,13 @@ fn looks_outlive_their_files() {
     assert_eq!((session.open().scene.environment(), session.open().scene.images()), (&before, &images[..]));
     assert!(session.revise(&surrounded(&folder.path().join("none.hdr"), 1.0)).is_err());
     assert_eq!((session.open().scene.environment(), session.open().scene.images()), (&before, &images[..]));
+    // Half written by somebody else.
+    std::fs::write(&path, "#?RADIANCE\n").expect("written");
+    session.add(vec![wave(wavy(0.2), aside(1.0))]).expect("added");
+    assert_eq!((session.open().scene.environment(), session.open().scene.images()), (&before, &images[..]));
+    assert!(session.revise(&surrounded(&path, 3.0)).is_err(), "it cannot be read");
+    assert_eq!((session.open().scene.environment(), session.open().scene.images()), (&before, &images[..]));
+    std::fs::remove_file(&path).expect("removed");
     session.revise(&surrounded(&path, 2.0)).expect("it is known");
     assert_eq!((session.open().scene.environment(), session.open().scene.images()), (&before, &images[..]));
     session.revise(&Overrides::default()).expect("revised");

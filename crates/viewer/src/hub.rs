@@ -312,6 +312,11 @@ impl Hub {
         if command.steers() && shared.steering != Some(viewer) {
             return Err("somebody else steers: take over first".to_owned());
         }
+        if let Command::Object { instance, place: Some(_) } = command
+            && !shared.view.objects.takes(instance)
+        {
+            return Err("no more objects are put elsewhere: put others back first".to_owned());
+        }
         let is_urgent = matches!(command, Command::Open { .. });
         shared.obey(viewer, command, answers);
         self.tell_state(&shared);

@@ -20,11 +20,14 @@ impl Places {
     pub(crate) fn put(&mut self, instance: u32, place: Option<Rows>) {
         match place {
             None => drop(self.0.remove(&instance)),
-            Some(rows) if self.0.len() < MOST || self.0.contains_key(&instance) => {
-                self.0.insert(instance, rows);
-            }
+            Some(rows) if self.takes(instance) => drop(self.0.insert(instance, rows)),
             Some(_) => {}
         }
+    }
+
+    /// Whether an instance may be put somewhere: there is room for it.
+    pub(crate) fn takes(&self, instance: u32) -> bool {
+        self.0.len() < MOST || self.0.contains_key(&instance)
     }
 
     pub(crate) fn of(&self, instance: u32) -> Option<Rows> {
@@ -70,6 +73,7 @@ mod tests {
         let mut places = Places::default();
         (0..=MOST as u32).for_each(|instance| places.put(instance, Some(place)));
         assert_eq!(places.len(), MOST);
+        assert!(places.takes(7) && !places.takes(MOST as u32));
         places.put(3, None);
         assert_eq!((places.of(3), places.of(4)), (None, Some(place)));
     }

@@ -186,6 +186,18 @@ fn a_picked_object_is_moved_turned_scaled_and_put_back() {
          return Math.max(...all(a).map((x, i) => Math.abs(x - all(b)[i]))); })",
     );
     assert!(rest.as_f64().is_some_and(|rest| rest < 1e-4), "{rest}");
+    // Where a turn about y is a right angle, other turns mean the same place.
+    let apart = browser.eval(
+        "import(document.querySelector('script').src.replace('main.js', 'object.js')).then(({ Placed }) => { \
+         const [c, s] = [Math.cos(0.4), Math.sin(0.4)]; \
+         const opened = { place: [[c, 0, s, 1], [0, 1, 0, 2], [-s, 0, c, 3]], bounds: { min: [-1, 5, 3], max: [2, 7, 4] } }; \
+         return Math.max(...[[30, 90, 0], [0, -90, 40], [20, 90, -50], [10, 89, 0]].map((turn) => { \
+         const [a, b] = [new Placed({ instance: 0, opened }), new Placed({ instance: 0, opened })]; \
+         Object.assign(a, { turn }); b.take(a.place()); \
+         const [x, y] = [a, b].map((placed) => placed.place().flat()); \
+         return Math.max(...x.map((value, i) => Math.abs(value - y[i]))); })); })",
+    );
+    assert!(apart.as_f64().is_some_and(|apart| apart < 1e-3), "{apart}");
 
     let before = browser.eval(&rows);
     browser.key("ArrowRight", "ArrowRight", 1);

@@ -456,6 +456,8 @@ function showIdle() {
 
 function showLoading({ source, step }) {
   state.scene = null;
+  state.picked = null;
+  panel.showPicked(null);
   measured.first = null;
   const text = step === "reading" ? `Reading ${source}` : "Building acceleration structures, preparing lights and textures";
   $("scene-name").textContent = source;

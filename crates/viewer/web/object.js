@@ -40,7 +40,12 @@ function parts(rows) {
   const determinant = a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
   if (determinant < 0) scale[0] = -scale[0];
   const unit = rows.map((row) => row.map((value, i) => value / scale[i]));
-  const turn = [Math.atan2(unit[2][1], unit[2][2]), Math.asin(clamp(-unit[2][0])), Math.atan2(unit[1][0], unit[0][0])];
+  // Where the turn about y is a right angle, those about x and z are one.
+  const pole = Math.abs(unit[2][0]) > 1 - 1e-6;
+  const [x, z] = pole
+    ? [0, Math.atan2(-unit[0][1], unit[1][1])]
+    : [Math.atan2(unit[2][1], unit[2][2]), Math.atan2(unit[1][0], unit[0][0])];
+  const turn = [x, Math.asin(clamp(-unit[2][0])), z];
   return { turn: turn.map((angle) => angle / RADIAN), scale };
 }
 

@@ -20,9 +20,9 @@ impl Known {
         Self { path: path.to_owned(), state: state(path) }
     }
 
-    /// Whether it is this file, and has not changed.
-    fn is(&self, path: &Path) -> bool {
-        self.path == path && state(path).is_none_or(|now| Some(now) == self.state)
+    /// Whether it is this file and has not changed, or is taken as it was read.
+    fn is(&self, path: &Path, as_read: bool) -> bool {
+        self.path == path && (as_read || state(path).is_none_or(|now| Some(now) == self.state))
     }
 }
 
@@ -35,6 +35,8 @@ fn state(path: &Path) -> Option<(u64, SystemTime)> {
 #[derive(Debug)]
 pub(crate) struct Files {
     limits: Limits,
+    /// Whether files count as they were read, whatever became of them: on the way back to what was.
+    pub(crate) as_read: bool,
     /// The map among the scene's images.
     shown: Option<Known>,
     /// Maps that are in no scene.
@@ -45,12 +47,13 @@ pub(crate) struct Files {
 impl Files {
     /// Files within bounds, of which none was read.
     pub(crate) fn new(limits: Limits) -> Self {
-        Self { limits, shown: None, spare: Vec::new(), profiles: BTreeMap::new() }
+        Self { limits, as_read: false, shown: None, spare: Vec::new(), profiles: BTreeMap::new() }
     }
 
     /// Puts a latitude-longitude map around the scene.
     pub(crate) fn use_map(&mut self, desc: &mut SceneDesc, path: &Path) -> Result<(), Error> {
-        let (known, image) = match self.spare.iter().position(|(known, _)| known.is(path)) {
+        let as_read = self.as_read;
+        let (known, image) = match self.spare.iter().position(|(known, _)| known.is(path, as_read)) {
             Some(number) => self.spare.swap_remove(number),
             None => (Known::new(path), load_environment(path, &self.limits, &mut desc.diagnostics)?),
         };
@@ -74,7 +77,8 @@ impl Files {
 
     /// A measured distribution.
     pub(crate) fn profile(&mut self, path: &Path, found: &mut Diagnostics) -> Result<Arc<IesProfile>, Error> {
-        if let Some((_, profile)) = self.profiles.get(path).filter(|(known, _)| known.is(path)) {
+        if let Some((_, profile)) = self.profiles.get(path).filter(|(known, _)| known.is(path, self.as_read))
+        {
             return Ok(Arc::clone(profile));
         }
         let read = (Known::new(path), Arc::new(load_ies(path, &self.limits, found)?));

@@ -7,6 +7,7 @@ mod rounds;
 use crate::edits::Edits;
 use crate::hub::{Changes, Hub, Turn, Work, error_value, news};
 use crate::meter::Meter;
+use crate::objects::Places;
 use crate::server::Viewer;
 use crate::view::{CameraView, Size, View};
 use crate::{files, inventory};
@@ -120,7 +121,7 @@ impl Stage {
         });
         let mut about = Some(about);
         let mut good = Edits::default();
-        let mut objects = Objects::new(&session)?;
+        let mut objects = Objects::new(&session);
         loop {
             let request = self.largest_request(&session.open().scene)?;
             let leave =
@@ -150,10 +151,19 @@ impl Stage {
         {
             self.tell_error(&error);
         }
-        if changes.place
-            && let Err(error) = objects.arrange(session, &view.objects)
-        {
-            self.hub.change_view(|shared| shared.objects.clone_from(objects.placed()));
+        if changes.place {
+            self.arrange(session, objects, &view.objects);
+        }
+    }
+
+    /// Puts objects where they are wanted. The view takes back what cannot be, unless something else is wanted by now.
+    fn arrange(&self, session: &mut Session, objects: &mut Objects, wanted: &Places) {
+        for (instance, error) in objects.arrange(session, wanted) {
+            self.hub.change_view(|shared| {
+                if shared.objects.of(instance) == wanted.of(instance) {
+                    shared.objects.put(instance, objects.placed().of(instance));
+                }
+            });
             self.tell_error(&error);
         }
     }

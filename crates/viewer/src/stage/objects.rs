@@ -24,15 +24,16 @@ pub(crate) struct Objects {
 
 impl Objects {
     /// Objects of a scene that was opened.
-    pub(crate) fn new(session: &Session) -> Result<Self, Error> {
+    pub(crate) fn new(session: &Session) -> Self {
         let motion = session.open().scene.motion();
-        let pose = motion.map(|motion| motion.pose(0.0)).transpose()?.unwrap_or_default();
-        Ok(Self {
+        // A moment that cannot be had is told when it is asked for.
+        let pose = motion.and_then(|motion| motion.pose(0.0).ok()).unwrap_or_default();
+        Self {
             opened: BTreeMap::new(),
             placed: Places::default(),
             animated: pose.instances.iter().map(|(place, _)| *place).collect(),
             is_remade: session.movement() == Some(None),
-        })
+        }
     }
 
     pub(crate) fn placed(&self) -> &Places {
@@ -55,18 +56,22 @@ impl Objects {
         }
     }
 
-    /// Puts instances where they are wanted. After an error some are.
-    pub(crate) fn arrange(&mut self, session: &mut Session, wanted: &Places) -> Result<(), Error> {
+    /// Puts instances where they are wanted; gives those that stay where they are, and why.
+    pub(crate) fn arrange(&mut self, session: &mut Session, wanted: &Places) -> Vec<(u32, Error)> {
         let known: BTreeSet<u32> =
             self.placed.iter().chain(wanted.iter()).map(|(instance, _)| instance).collect();
+        let mut refused = Vec::new();
         for instance in known {
             let place = wanted.of(instance);
-            if place != self.placed.of(instance) {
-                self.put(session, instance, place.map(|rows| map(&rows)))?;
-                self.placed.put(instance, place);
+            if place == self.placed.of(instance) {
+                continue;
+            }
+            match self.put(session, instance, place.map(|rows| map(&rows))) {
+                Ok(()) => self.placed.put(instance, place),
+                Err(error) => refused.push((instance, error)),
             }
         }
-        Ok(())
+        refused
     }
 
     fn put(&mut self, session: &mut Session, instance: u32, place: Option<Affine3>) -> Result<(), Error> {
@@ -79,8 +84,9 @@ impl Objects {
             return Err(Error::usage(reason, name, "change the file itself"));
         }
         let opened = self.opened(scene, instance);
+        // Also where structures cannot follow, it is elsewhere then.
+        self.opened.entry(instance).or_insert(opened);
         session.place(instance, place.unwrap_or(opened))?;
-        self.opened.insert(instance, opened);
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use super::Stage;
 use super::canvas::Canvas;
 use super::objects::Objects;
-use crate::develop::Shown;
+use crate::develop::{Channel, Shown};
 use crate::hub::{Changes, FileKind, Pick, Snapshot, Turn, news};
 use crate::inventory;
 use crate::picture::{Caption, Coding, frame};
@@ -223,7 +223,8 @@ impl<'r, 'l> Rounds<'r, 'l> {
     }
 }
 
-/// Begins a picture. All are told where a camera of the scene stands; one that the scene does not have is replaced by its first.
+/// Begins a picture. All are told where a camera of the scene stands; one that the scene does not have is replaced by its first, and an
+/// output that it cannot have by light.
 fn begin(live: &mut Live<'_>, stage: &Stage, view: &mut View, scale: f32) -> Result<LivePicture, Error> {
     let scene = live.scene();
     let camera = CameraView::chosen(&view.camera.choice(), scene).or_else(|error| {
@@ -240,7 +241,20 @@ fn begin(live: &mut Live<'_>, stage: &Stage, view: &mut View, scale: f32) -> Res
         view.camera = camera;
     }
     let request = view.request(scene, scale)?;
-    live.begin(request)
+    match live.begin(request) {
+        Err(error) if view.channel != Channel::Beauty && error.class == ErrorClass::Usage => {
+            stage.tell_error(&error);
+            stage.hub.change_view(|shared| {
+                if shared.channel == view.channel {
+                    shared.channel = Channel::Beauty;
+                }
+            });
+            view.channel = Channel::Beauty;
+            let request = view.request(live.scene(), scale)?;
+            live.begin(request)
+        }
+        begun => begun,
+    }
 }
 
 /// The picture as a file.
