@@ -94,7 +94,7 @@ function button(text, act, title = "") {
 export const CHANNELS = [
   ["beauty", "Light"], ["albedo", "Albedo"], ["normal", "Normals"], ["depth", "Depth"],
   ["object", "Objects"], ["material", "Materials"], ["alpha", "Coverage"],
-  ["steps", "Steps of rays"], ["samples", "Samples"], ["non_finite", "Not finite"],
+  ["steps", "Steps"], ["samples", "Samples"], ["non_finite", "Not finite"],
 ];
 
 function channels(change) {
